@@ -1,0 +1,3 @@
+//! Workload files, metrics and the JSON of `redrt`.
+
+pub mod model;
