@@ -1,1 +1,66 @@
-//! stub
+//! The RED executive: a scheduler of DAGs of neural networks as a plain state machine.
+//!
+//! No allocation, no floats, no clock, no threads: the host brings time and lanes. Every capacity is in the type
+//! ([`Caps`]), every public call returns a typed error and changes nothing when it fails.
+//!
+//! The loop of every host, in six steps:
+//!
+//! 1. something happened: tell it ([`Scheduler::release`], [`Scheduler::complete`], [`Scheduler::fail`],
+//!    [`Scheduler::commit`]), all events of one instant before the next step;
+//! 2. ask [`Scheduler::poll`];
+//! 3. carry the [`Action`] out;
+//! 4. ask again until `None`;
+//! 5. sleep until [`Scheduler::poll_at`] or until something happens;
+//! 6. go to 1.
+//!
+//! Modules use only what stands above them:
+//!
+//! | layer | module | idea |
+//! |---|---|---|
+//! | 0 | `time`, `id`, `capacity`, `fmt`, `error` | words |
+//! | 1 | `graph` | acyclic graphs, heights, longest paths, MIMONet refinement |
+//! | 2 | `deadlines`, `analysis` | sub-deadlines; admission and its certificate |
+//! | 3 | `ready_queue` | the indexed EDF heap |
+//! | 4 | `policy`, `config` | pure rules: merge, frame keys, floors, overload; the named configurations |
+//! | 5 | `scheduler` | the state machine |
+//! | 6 | `shared` | one scheduler for many lanes: lock and mailboxes |
+//! | beside | `sync` | ticket lock, mailbox, handler state; uses layer 0 only |
+#![cfg_attr(not(any(test, loom)), no_std)]
+#![deny(unsafe_code)]
+
+mod analysis;
+mod capacity;
+mod config;
+mod deadlines;
+mod error;
+mod fmt;
+mod graph;
+mod id;
+mod policy;
+mod ready_queue;
+mod scheduler;
+mod shared;
+pub mod sync;
+mod time;
+
+pub use analysis::{Bound, Certificate, Demand, LevelCapacity, level_capacity, response_time, utilisation_slack};
+pub use capacity::{Capacity, Caps, Empty, Item, Store, Table};
+pub use config::{Admission, BestCase, Config, Gate, Late, Reassign, Shed};
+pub use deadlines::{DeadlineRule, Estimator, LevelShares, SubDeadlines, shares};
+pub use graph::{
+    Dag, Divisibility, EdgeError, Frame, Levels, Node, NodeError, NodeSet, RefineError, Refined, Role, critical_path,
+    heads, refine, tails,
+};
+pub use id::{JobId, LaneId, NodeId, PoolId, SensorId, TaskId, UnitId};
+pub use policy::{Floor, Overload, Urgency};
+pub use ready_queue::{Entry, ReadyQueue};
+pub use scheduler::action::{Action, Dispatch, Outcome, ShedReason};
+pub use scheduler::complete::CompleteError;
+pub use scheduler::edit::{CommitError, Edit};
+pub use scheduler::event::{Event, EventKind};
+pub use scheduler::release::ReleaseError;
+pub use scheduler::tasks::{AddTaskError, Timing};
+pub use scheduler::units::{Member, Unit};
+pub use scheduler::{Counters, PoolError, Scheduler, SensorError};
+pub use shared::{Request, Requests, SharedScheduler};
+pub use time::{Bytes, Contention, CostEstimate, Duration, Instant, Ppm, SignedDuration, Wcet};

@@ -1,0 +1,171 @@
+//! Capacities: the only place with numbers.
+//!
+//! Everything that the executive stores has its place from the start; [`Caps`] says how many places. Tables
+//! clamp their index, so that an access compiles to a compare and a move instead of a branch to a panic; an
+//! index outside is a bug of this crate, and the debug build stops at it.
+
+use core::ops::{Index, IndexMut};
+
+/// A value of all-zero bits, so that a `static` of a whole scheduler lies in `.bss`.
+pub trait Empty {
+    /// Nothing.
+    const EMPTY: Self;
+}
+
+macro_rules! empty_integers {
+    ($($t:ty)*) => { $(impl Empty for $t { const EMPTY: Self = 0; })* };
+}
+empty_integers!(u8 u16 u32 u64 i64 u128);
+
+impl<A: Empty, B: Empty> Empty for (A, B) {
+    const EMPTY: Self = (A::EMPTY, B::EMPTY);
+}
+
+impl<T: Empty, const N: usize> Empty for [T; N] {
+    const EMPTY: Self = [T::EMPTY; N];
+}
+
+/// An array whose index never panics: it is clamped to the last place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Table<T, const N: usize>([T; N]);
+
+impl<T: Empty, const N: usize> Empty for Table<T, N> {
+    const EMPTY: Self = Self([T::EMPTY; N]);
+}
+
+impl<T, const N: usize> Index<usize> for Table<T, N> {
+    type Output = T;
+    #[inline(always)]
+    fn index(&self, i: usize) -> &T {
+        const { assert!(N >= 1, "a capacity is at least 1") };
+        debug_assert!(i < N, "index inside the capacity");
+        &self.0[if i < N { i } else { N - 1 }]
+    }
+}
+
+impl<T, const N: usize> IndexMut<usize> for Table<T, N> {
+    #[inline(always)]
+    fn index_mut(&mut self, i: usize) -> &mut T {
+        debug_assert!(i < N, "index inside the capacity");
+        &mut self.0[if i < N { i } else { N - 1 }]
+    }
+}
+
+impl<T, const N: usize> AsRef<[T]> for Table<T, N> {
+    #[inline(always)]
+    fn as_ref(&self) -> &[T] {
+        &self.0
+    }
+}
+
+impl<T, const N: usize> AsMut<[T]> for Table<T, N> {
+    #[inline(always)]
+    fn as_mut(&mut self) -> &mut [T] {
+        &mut self.0
+    }
+}
+
+/// What every table can do.
+pub trait Store<T>: Copy + Empty + IndexMut<usize, Output = T> + AsRef<[T]> + AsMut<[T]> + core::fmt::Debug {}
+impl<T: Copy + Empty + core::fmt::Debug, const N: usize> Store<T> for Table<T, N> {}
+
+/// What a table can hold.
+pub trait Item: Copy + Empty + core::fmt::Debug {}
+impl<T: Copy + Empty + core::fmt::Debug> Item for T {}
+
+/// How many of everything; implemented by [`Caps`] alone.
+pub trait Capacity: Copy + core::fmt::Debug + 'static {
+    /// Tasks.
+    const TASKS: usize;
+    /// Nodes of one task's graph, all versions together.
+    const NODES: usize;
+    /// Jobs in flight, all tasks together; at most 64.
+    const JOBS: usize;
+    /// Lanes over all pools; at most 32.
+    const LANES: usize;
+    /// Pools; at most 32.
+    const POOLS: usize;
+    /// Events that the record keeps until the host takes them; 0 switches the record off at compile time.
+    const EVENTS: usize;
+    /// One per task.
+    type Tasks<T: Item>: Store<T>;
+    /// One per node.
+    type Nodes<T: Item>: Store<T>;
+    /// One per job.
+    type Jobs<T: Item>: Store<T>;
+    /// One per lane.
+    type Lanes<T: Item>: Store<T>;
+    /// One per pool.
+    type Pools<T: Item>: Store<T>;
+    /// One word per 64 nodes.
+    type Words: Store<u64>;
+    /// The event ring.
+    type Events<T: Item>: AsRef<[T]> + AsMut<[T]> + Copy + Empty + core::fmt::Debug;
+}
+
+/// The capacities of one scheduler, in its type.
+///
+/// `WORDS` is `NODES.div_ceil(64)`: a set of nodes is that many 64-bit words, so 64 nodes cost one word.
+///
+/// ```
+/// use red_core::{Caps, Scheduler};
+/// type Robot = Caps<4, 16, 16>;                         // 4 tasks of 16 nodes, 16 jobs in flight, 4 lanes, 1 pool
+/// type Lab = Caps<16, 256, 64, 32, 32, 4, 1024>;        // 32 lanes and pools, 4 words, 1,024 events
+/// assert!(Scheduler::<Robot>::SIZE <= 12 * 1024);
+/// assert!(Scheduler::<Lab>::SIZE > Scheduler::<Robot>::SIZE);
+/// ```
+///
+/// A size that does not fit stops the build:
+///
+/// ```compile_fail
+/// type TooMany = red_core::Caps<1, 65, 1>;              // 65 nodes need WORDS = 2
+/// let scheduler = red_core::Scheduler::<TooMany>::new(red_core::Config::REDRT);
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Caps<
+    const TASKS: usize,
+    const NODES: usize,
+    const JOBS: usize,
+    const LANES: usize = 4,
+    const POOLS: usize = 1,
+    const WORDS: usize = 1,
+    const EVENTS: usize = 0,
+>;
+
+impl<
+    const TASKS: usize,
+    const NODES: usize,
+    const JOBS: usize,
+    const LANES: usize,
+    const POOLS: usize,
+    const WORDS: usize,
+    const EVENTS: usize,
+> Capacity for Caps<TASKS, NODES, JOBS, LANES, POOLS, WORDS, EVENTS>
+{
+    const TASKS: usize = TASKS;
+    const NODES: usize = {
+        assert!(NODES >= 1 && NODES <= 256, "NODES is 1 to 256");
+        assert!(WORDS == NODES.div_ceil(64), "WORDS is NODES.div_ceil(64)");
+        NODES
+    };
+    const JOBS: usize = {
+        assert!(JOBS >= 1 && JOBS <= 64, "JOBS is 1 to 64");
+        JOBS
+    };
+    const LANES: usize = {
+        assert!(LANES >= 1 && LANES <= 32, "LANES is 1 to 32");
+        LANES
+    };
+    const POOLS: usize = {
+        assert!(POOLS >= 1 && POOLS <= 32 && TASKS >= 1 && TASKS <= 255, "POOLS is 1 to 32, TASKS 1 to 255");
+        POOLS
+    };
+    const EVENTS: usize = EVENTS;
+    type Tasks<T: Item> = Table<T, TASKS>;
+    type Nodes<T: Item> = Table<T, NODES>;
+    type Jobs<T: Item> = Table<T, JOBS>;
+    type Lanes<T: Item> = Table<T, LANES>;
+    type Pools<T: Item> = Table<T, POOLS>;
+    type Words = Table<u64, WORDS>;
+    type Events<T: Item> = Table<T, EVENTS>;
+}

@@ -1,0 +1,44 @@
+//! `floor(a * b / c)` without loss, also where the product needs more than 128 bits.
+
+/// `floor(a * b / c)` for `b <= c`, so that the result is at most `a`. `c` must be below 2^126.
+pub(crate) fn share(a: u64, b: u128, c: u128) -> u64 {
+    debug_assert!(b <= c && c > 0 && c < 1 << 126, "a share of a whole");
+    match b.checked_mul(u128::from(a)) {
+        Some(product) => (product / c.max(1)) as u64,
+        None => long_share(a, b, c),
+    }
+}
+
+/// Binary long multiplication and division in one: 64 rounds, no product wider than `3 * c`.
+#[cold]
+fn long_share(a: u64, b: u128, c: u128) -> u64 {
+    let (mut quotient, mut rest) = (0u64, 0u128);
+    for bit in (0..u64::BITS).rev() {
+        rest = 2 * rest + if a >> bit & 1 != 0 { b } else { 0 };
+        quotient <<= 1;
+        while rest >= c {
+            rest -= c;
+            quotient += 1;
+        }
+    }
+    quotient
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn long_share_agrees_with_division_where_both_apply() {
+        for (a, b, c) in [(7u64, 3u128, 5u128), (u64::MAX, 1 << 60, 1 << 61), (1 << 62, 12_345, 99_999), (9, 5, 5)] {
+            assert_eq!(u128::from(long_share(a, b, c)), u128::from(a) * b / c);
+        }
+    }
+
+    #[test]
+    fn wide_products_do_not_wrap() {
+        let whole = (1u128 << 69) - 1;
+        assert_eq!(share(1 << 62, whole, whole), 1 << 62);
+        assert_eq!(share(1 << 62, 1 << 68, 1 << 69), 1 << 61);
+    }
+}

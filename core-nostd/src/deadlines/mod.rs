@@ -1,0 +1,98 @@
+//! Layer 2: sub-deadlines. Rules are data; each assigns every node an offset from the release.
+
+pub(crate) mod estimate;
+pub(crate) mod exact;
+pub(crate) mod level;
+pub(crate) mod path;
+
+use crate::capacity::{Capacity, Empty};
+use crate::graph::{Dag, Levels};
+use crate::id::NodeId;
+use crate::time::Duration;
+pub use estimate::Estimator;
+pub use level::{LevelShares, shares};
+
+/// How a node's sub-deadline follows from the end-to-end deadline D. `c` is WCET plus contention.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum DeadlineRule {
+    /// d = D for every node: job-level EDF.
+    EndToEnd,
+    /// Level shares in proportion to the level's cost (paper Def. 4).
+    LevelSum,
+    /// Level shares that cover Graham's bound of each level first.
+    LevelGraham,
+    /// d = floor(D * head / (head + tail)), for progress reports.
+    PathProportional,
+    /// d = D - tail.
+    LatestFinish,
+    /// d = D - tail, dispatched by d - c: the latest start that can still meet D.
+    #[default]
+    LatestStart,
+}
+
+impl DeadlineRule {
+    /// Whether the rule divides D among levels, so that re-assignment over the residual graph applies.
+    #[must_use]
+    pub const fn is_level(self) -> bool {
+        matches!(self, Self::LevelSum | Self::LevelGraham)
+    }
+}
+
+/// The offsets of one graph under one rule, relative to the release, in nanoseconds; below zero where D is
+/// below the critical path.
+///
+/// ```
+/// use red_core::{Caps, Dag, DeadlineRule, Duration, Node, SubDeadlines, Wcet};
+/// let mut dag = Dag::<Caps<1, 8, 1>>::new();
+/// let chain = [20, 20, 40].map(|ms| dag.add_node(Node::new(Wcet::from_millis(ms))).unwrap());
+/// dag.add_edge(chain[0], chain[1])?;
+/// dag.add_edge(chain[1], chain[2])?;
+/// let due = SubDeadlines::assign(&dag, DeadlineRule::LevelSum, Duration::from_millis(120), &[1]);
+/// assert_eq!(chain.map(|v| due.sub_deadline(v) / 1_000_000), [30, 60, 120]); // the paper's worked example
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct SubDeadlines<C: Capacity> {
+    pub(crate) due: C::Nodes<i64>,
+    pub(crate) key: C::Nodes<i64>,
+}
+
+impl<C: Capacity> SubDeadlines<C> {
+    /// Applies `rule`. `lanes` is the number of lanes of each pool, by pool. Time bound: O(nodes + edges +
+    /// nodes * pools).
+    #[must_use]
+    pub fn assign(dag: &Dag<C>, rule: DeadlineRule, deadline: Duration, lanes: &[u8]) -> Self {
+        let levels = Levels::of(dag);
+        let d = deadline.as_nanos();
+        let mut due = <C::Nodes<i64>>::EMPTY;
+        match rule {
+            DeadlineRule::EndToEnd => levels.places().for_each(|i| due[i] = d.cast_signed()),
+            DeadlineRule::LevelSum | DeadlineRule::LevelGraham => {
+                let shares = shares(dag, &levels, rule, deadline, lanes);
+                levels.places().for_each(|i| due[i] = shares.end(levels.height(NodeId::new(i as u8))));
+            }
+            DeadlineRule::PathProportional => path::proportional(dag, &levels, d, &mut due),
+            DeadlineRule::LatestFinish | DeadlineRule::LatestStart => {
+                path::latest_finish(dag, &levels, d, &mut due);
+            }
+        }
+        let mut key = due;
+        if rule == DeadlineRule::LatestStart {
+            levels.places().for_each(|i| key[i] = path::before(due[i], dag.at(i).cost()));
+        }
+        Self { due, key }
+    }
+
+    /// When the node should have ended.
+    #[must_use]
+    pub fn sub_deadline(&self, node: NodeId) -> i64 {
+        if node.index() < C::NODES { self.due[node.index()] } else { 0 }
+    }
+
+    /// What the ready queue orders by: the sub-deadline, under `LatestStart` less the node's cost.
+    #[must_use]
+    pub fn key(&self, node: NodeId) -> i64 {
+        if node.index() < C::NODES { self.key[node.index()] } else { 0 }
+    }
+}

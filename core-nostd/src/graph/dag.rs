@@ -1,0 +1,241 @@
+//! A directed acyclic graph of at most `C::NODES` nodes.
+
+use super::{Node, NodeSet};
+use crate::capacity::{Capacity, Empty};
+use crate::id::NodeId;
+
+/// A graph under construction, and the graph of a task.
+///
+/// ```
+/// use red_core::{Caps, Dag, EdgeError, Node, Wcet};
+/// let mut dag = Dag::<Caps<1, 8, 1>>::new();
+/// let camera = dag.add_node(Node::new(Wcet::from_millis(2)))?;
+/// let control = dag.add_node(Node::new(Wcet::from_millis(3)))?;
+/// dag.add_edge(camera, control)?;
+/// assert_eq!(dag.add_edge(control, camera), Err(EdgeError::Cycle));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Dag<C: Capacity> {
+    nodes: C::Nodes<Node>,
+    successors: C::Nodes<NodeSet<C>>,
+    present: NodeSet<C>,
+    /// One more than the highest place ever used: new nodes come after all others, so that the tie rule
+    /// "by node index" means "by age".
+    end: u16,
+    work: u64,
+}
+
+/// A node could not be added. The graph is unchanged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum NodeError {
+    /// All `C::NODES` places are taken: the host needs a larger capacity.
+    Full,
+    /// The sum of all costs would overflow 64 bits: the node's cost is not a time.
+    WorkOverflow,
+}
+
+/// An edge could not be added. The graph is unchanged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum EdgeError {
+    /// The edge would close a cycle (a self edge is the shortest): the host's graph is not a DAG.
+    Cycle,
+    /// The edge is there already.
+    Duplicate,
+    /// One of the two nodes is not in this graph.
+    UnknownNode,
+}
+
+impl<C: Capacity> Dag<C> {
+    /// A graph without nodes.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self::EMPTY
+    }
+
+    /// Adds a node. Time bound: O(1).
+    ///
+    /// # Errors
+    /// [`NodeError::Full`], [`NodeError::WorkOverflow`].
+    pub fn add_node(&mut self, node: Node) -> Result<NodeId, NodeError> {
+        self.add_node_avoiding(node, &NodeSet::EMPTY)
+    }
+
+    /// Adds a node in a place that is not in `taken` (places that an older version of the graph still uses).
+    pub(crate) fn add_node_avoiding(&mut self, node: Node, taken: &NodeSet<C>) -> Result<NodeId, NodeError> {
+        let end = self.end as usize;
+        let free = (end..C::NODES).chain(0..end.min(C::NODES));
+        let place = free.into_iter().find(|i| !self.present.contains(*i) && !taken.contains(*i));
+        let place = place.ok_or(NodeError::Full)?;
+        let cost = node.wcet.as_nanos().checked_add(node.contention.as_nanos());
+        let work = cost.and_then(|c| self.work.checked_add(c)).ok_or(NodeError::WorkOverflow)?;
+        self.work = work;
+        self.nodes[place] = node;
+        self.successors[place] = NodeSet::EMPTY;
+        self.present.insert(place);
+        self.end = self.end.max(place as u16 + 1);
+        Ok(NodeId::new(place as u8))
+    }
+
+    /// Adds an edge. Time bound: O(nodes).
+    ///
+    /// # Errors
+    /// [`EdgeError`]; a cycle is found before the edge exists.
+    pub fn add_edge(&mut self, from: NodeId, to: NodeId) -> Result<(), EdgeError> {
+        if !self.contains(from) || !self.contains(to) {
+            return Err(EdgeError::UnknownNode);
+        }
+        if self.successors[from.index()].contains(to.index()) {
+            return Err(EdgeError::Duplicate);
+        }
+        if from == to || self.reaches(to, from) {
+            return Err(EdgeError::Cycle);
+        }
+        self.successors[from.index()].insert(to.index());
+        Ok(())
+    }
+
+    /// Removes an edge; `false` if there was none.
+    pub fn remove_edge(&mut self, from: NodeId, to: NodeId) -> bool {
+        let there = self.contains(from) && self.contains(to) && self.successors[from.index()].contains(to.index());
+        if there {
+            self.successors[from.index()].remove(to.index());
+        }
+        there
+    }
+
+    /// Removes a node and its edges; `false` if there was none. Time bound: O(nodes).
+    pub fn remove_node(&mut self, node: NodeId) -> bool {
+        let there = self.contains(node);
+        if there {
+            self.present.remove(node.index());
+            self.work -= self.nodes[node.index()].cost();
+            for i in self.present.iter() {
+                self.successors[i].remove(node.index());
+            }
+        }
+        there
+    }
+
+    /// Whether `node` is in this graph.
+    #[must_use]
+    pub fn contains(&self, node: NodeId) -> bool {
+        node.index() < C::NODES && self.present.contains(node.index())
+    }
+
+    /// The node's data, if it is in this graph.
+    #[must_use]
+    pub fn node(&self, node: NodeId) -> Option<&Node> {
+        self.contains(node).then(|| &self.nodes[node.index()])
+    }
+
+    /// Node ids, smallest first.
+    pub fn nodes(&self) -> impl Iterator<Item = NodeId> + use<C> {
+        self.present.iter().map(|i| NodeId::new(i as u8))
+    }
+
+    /// Direct successors of a node.
+    #[must_use]
+    pub fn successors(&self, node: NodeId) -> NodeSet<C> {
+        if self.contains(node) { self.successors[node.index()] } else { NodeSet::EMPTY }
+    }
+
+    /// How many nodes there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.present.len()
+    }
+
+    /// Whether there is no node.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.present.is_empty()
+    }
+
+    /// Sum of all costs in nanoseconds; it cannot overflow.
+    #[must_use]
+    pub const fn work(&self) -> u64 {
+        self.work
+    }
+
+    pub(crate) const fn present(&self) -> &NodeSet<C> {
+        &self.present
+    }
+
+    pub(crate) fn at(&self, place: usize) -> &Node {
+        &self.nodes[place]
+    }
+
+    pub(crate) fn out(&self, place: usize) -> &NodeSet<C> {
+        &self.successors[place]
+    }
+
+    /// A graph from nodes in the given places and edges by number in that list.
+    pub(crate) fn restore(
+        nodes: &C::Nodes<Node>,
+        places: &C::Nodes<u8>,
+        len: usize,
+        successors: &C::Nodes<NodeSet<C>>,
+    ) -> Self {
+        let mut dag = Self::EMPTY;
+        for i in 0..len {
+            let place = usize::from(places[i]);
+            dag.nodes[place] = nodes[place];
+            dag.present.insert(place);
+            dag.end = dag.end.max(place as u16 + 1);
+            dag.work += nodes[place].cost();
+            successors[i].each(|j| dag.successors[place].insert(usize::from(places[j])));
+        }
+        dag
+    }
+
+    fn reaches(&self, from: NodeId, to: NodeId) -> bool {
+        let (mut seen, mut open) = (NodeSet::only(from.index()), NodeSet::only(from.index()));
+        // At most C::NODES rounds: each takes one node out of `open`, and a node enters it once.
+        while let Some(i) = open.first_in(&seen) {
+            open.remove(i);
+            let fresh = self.successors[i].without(&seen);
+            if fresh.contains(to.index()) {
+                return true;
+            }
+            seen.extend(&fresh);
+            open.extend(&fresh);
+        }
+        false
+    }
+}
+
+impl<C: Capacity> Default for Dag<C> {
+    fn default() -> Self {
+        Self::EMPTY
+    }
+}
+
+impl<C: Capacity> Empty for Dag<C> {
+    const EMPTY: Self = Self {
+        nodes: <C::Nodes<Node>>::EMPTY,
+        successors: <C::Nodes<NodeSet<C>>>::EMPTY,
+        present: NodeSet::EMPTY,
+        end: 0,
+        work: 0,
+    };
+}
+
+crate::error::messages! {
+    NodeError {
+        Full => "every node place of the capacity is taken; use a larger NODES",
+        WorkOverflow => "the costs of the graph do not fit 64 bits; check the node's cost",
+    }
+    EdgeError {
+        Cycle => "the edge would close a cycle",
+        Duplicate => "the edge is there already",
+        UnknownNode => "the edge names a node that is not in this graph",
+    }
+}
+
+#[cfg(test)]
+mod tests;

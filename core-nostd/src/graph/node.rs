@@ -1,0 +1,145 @@
+//! A node: what it costs, where it runs, what it is.
+
+use crate::capacity::Empty;
+use crate::id::{PoolId, SensorId};
+use crate::time::{Bytes, Contention, Duration, Wcet};
+
+/// Whether a node could give its lane back before it ends.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Divisibility {
+    /// May be preempted where lanes can preempt.
+    #[default]
+    Partitionable,
+    /// Indivisible: once started it keeps its lane.
+    Atomic,
+}
+
+/// What an encoder's result may be shared for: (weights, frame name, capture). The capture comes with the job.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Frame {
+    /// Which weights the encoder has; the host numbers them.
+    pub weights: u16,
+    /// Which frame it reads; the host numbers the names.
+    pub frame: u16,
+    /// The sensor that captures the frame. `None`: every job has its own capture.
+    pub sensor: Option<SensorId>,
+}
+
+/// What a node is in a MIMONet.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Role {
+    /// Anything else.
+    #[default]
+    Ordinary,
+    /// The shared encoder of a stage.
+    SharedEncoder(Frame),
+    /// A decoder: a successor of its encoder that reads the encoder's result.
+    Decoder,
+}
+
+/// A node of a DAG.
+///
+/// ```
+/// use red_core::{Contention, Node, PoolId, Wcet};
+/// let control = Node::new(Wcet::from_millis(3)).atomic(Contention::from_millis(1)).in_pool(PoolId::new(0));
+/// assert_eq!(control.cost(), 4_000_000);
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Node {
+    pub(crate) wcet: Wcet,
+    pub(crate) best: Duration,
+    pub(crate) contention: Contention,
+    pub(crate) memory: Bytes,
+    pub(crate) role: Role,
+    pub(crate) pool: PoolId,
+    pub(crate) divisibility: Divisibility,
+}
+
+impl Node {
+    /// An ordinary node of the first pool without memory.
+    #[must_use]
+    pub const fn new(wcet: Wcet) -> Self {
+        Self { wcet, ..Self::EMPTY }
+    }
+
+    /// A shared encoder.
+    #[must_use]
+    pub const fn shared_encoder(wcet: Wcet, frame: Frame) -> Self {
+        Self { role: Role::SharedEncoder(frame), ..Self::new(wcet) }
+    }
+
+    /// A decoder.
+    #[must_use]
+    pub const fn decoder(wcet: Wcet) -> Self {
+        Self { role: Role::Decoder, ..Self::new(wcet) }
+    }
+
+    /// With a best-case execution time; default 0.
+    #[must_use]
+    pub const fn best_case(self, best: Duration) -> Self {
+        Self { best, ..self }
+    }
+
+    /// Indivisible, with the delay that co-runners can add.
+    #[must_use]
+    pub const fn atomic(self, contention: Contention) -> Self {
+        Self { divisibility: Divisibility::Atomic, contention, ..self }
+    }
+
+    /// With a memory footprint.
+    #[must_use]
+    pub const fn memory(self, memory: Bytes) -> Self {
+        Self { memory, ..self }
+    }
+
+    /// In another pool.
+    #[must_use]
+    pub const fn in_pool(self, pool: PoolId) -> Self {
+        Self { pool, ..self }
+    }
+
+    /// c' = WCET + contention: the cost in every formula. Nanoseconds.
+    #[must_use]
+    pub const fn cost(&self) -> u64 {
+        self.wcet.as_nanos().saturating_add(self.contention.as_nanos())
+    }
+
+    /// What it is in a MIMONet.
+    #[must_use]
+    pub const fn role(&self) -> Role {
+        self.role
+    }
+
+    /// Its pool.
+    #[must_use]
+    pub const fn pool(&self) -> PoolId {
+        self.pool
+    }
+
+    /// Its worst-case execution time alone.
+    #[must_use]
+    pub const fn wcet(&self) -> Wcet {
+        self.wcet
+    }
+
+    /// Its footprint.
+    #[must_use]
+    pub const fn footprint(&self) -> Bytes {
+        self.memory
+    }
+}
+
+impl Empty for Node {
+    const EMPTY: Self = Self {
+        wcet: Wcet::ZERO,
+        best: Duration::ZERO,
+        contention: Contention::ZERO,
+        memory: Bytes(0),
+        role: Role::Ordinary,
+        pool: PoolId::EMPTY,
+        divisibility: Divisibility::Partitionable,
+    };
+}

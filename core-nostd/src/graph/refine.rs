@@ -1,0 +1,108 @@
+//! MIMONet refinement (paper Def. 6 and Alg. 1): a stage becomes one shared encoder and its decoders.
+//!
+//! *Rule.* The stage's place is taken by the encoder and then the decoders, later nodes move up; edges into
+//! the stage lead to the encoder, edges out of it leave every decoder. The listing in the paper drops the
+//! edges; here they are spliced, and heights are computed afresh afterwards.
+
+use super::{Dag, Node, NodeError};
+use crate::capacity::{Capacity, Empty};
+use crate::id::NodeId;
+
+/// A refined graph and where the stage's parts are. Decoder `j` is node `encoder + 1 + j`.
+#[derive(Clone, Copy, Debug)]
+pub struct Refined<C: Capacity> {
+    /// The new graph.
+    pub dag: Dag<C>,
+    /// The encoder; nodes before it kept their ids.
+    pub encoder: NodeId,
+}
+
+/// A stage could not be refined. The given graph is unchanged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum RefineError {
+    /// The stage is not in this graph.
+    UnknownNode,
+    /// A stage needs at least one decoder.
+    NoDecoder,
+    /// More nodes than the capacity.
+    Full,
+    /// The sum of all costs would overflow 64 bits.
+    WorkOverflow,
+}
+
+/// Replaces `stage` by `encoder` and `decoders`. Time bound: O(nodes + edges * decoders).
+///
+/// # Errors
+/// [`RefineError`].
+///
+/// ```
+/// use red_core::{Caps, Dag, Frame, Node, Wcet, refine};
+/// let mut coarse = Dag::<Caps<1, 8, 1>>::new();
+/// let camera = coarse.add_node(Node::new(Wcet::from_millis(2)))?;
+/// let stage = coarse.add_node(Node::new(Wcet::from_millis(22)))?;
+/// coarse.add_edge(camera, stage)?;
+/// let encoder = Node::shared_encoder(Wcet::from_millis(12), Frame { weights: 0, frame: 0, sensor: None });
+/// let decoder = Node::decoder(Wcet::from_millis(5));
+/// let refined = refine(&coarse, stage, encoder, &[decoder, decoder])?;
+/// assert_eq!(refined.dag.len(), 4);
+/// assert_eq!(refined.dag.successors(refined.encoder).len(), 2);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn refine<C: Capacity>(
+    dag: &Dag<C>,
+    stage: NodeId,
+    encoder: Node,
+    decoders: &[Node],
+) -> Result<Refined<C>, RefineError> {
+    if !dag.contains(stage) {
+        return Err(RefineError::UnknownNode);
+    }
+    if decoders.is_empty() {
+        return Err(RefineError::NoDecoder);
+    }
+    let full = |e| match e {
+        NodeError::Full => RefineError::Full,
+        NodeError::WorkOverflow => RefineError::WorkOverflow,
+    };
+    let mut new = Dag::new();
+    // Where each old node is now, as ranges: (first, how many).
+    let mut place = <C::Nodes<u8>>::EMPTY;
+    for old in dag.nodes() {
+        if old == stage {
+            place[old.index()] = new.add_node(encoder).map_err(full)?.index() as u8;
+            for decoder in decoders {
+                new.add_node(*decoder).map_err(full)?;
+            }
+        } else {
+            place[old.index()] = new.add_node(*dag.at(old.index())).map_err(full)?.index() as u8;
+        }
+    }
+    let first = place[stage.index()];
+    let parts = first + 1..=first + decoders.len() as u8;
+    // The old graph was acyclic and the splice keeps its order, so no edge is refused.
+    let mut link = |from: u8, to: u8| {
+        let _added = new.add_edge(NodeId::new(from), NodeId::new(to));
+    };
+    parts.clone().for_each(|part| link(first, part));
+    for from in dag.nodes() {
+        dag.successors(from).each(|to| {
+            if from == stage {
+                parts.clone().for_each(|part| link(part, place[to]));
+            } else {
+                link(place[from.index()], place[to]);
+            }
+        });
+    }
+    Ok(Refined { dag: new, encoder: NodeId::new(first) })
+}
+
+crate::error::messages! {
+    RefineError {
+        UnknownNode => "the stage is not in this graph",
+        NoDecoder => "a stage needs at least one decoder",
+        Full => "the refined graph has more nodes than the capacity; use a larger NODES",
+        WorkOverflow => "the costs of the refined graph do not fit 64 bits",
+    }
+}

@@ -1,0 +1,138 @@
+//! Names of things: small integers, with a generation where a place is reused.
+//!
+//! A late message about an old job finds the generation changed and is refused as stale; it never reaches
+//! another job.
+
+use crate::capacity::Empty;
+
+macro_rules! generational {
+    ($(#[$doc:meta])* $t:ident) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+        pub struct $t { index: u16, generation: u16 }
+
+        impl $t {
+            pub(crate) const fn new(index: usize, generation: u16) -> Self {
+                Self { index: index as u16, generation }
+            }
+
+            /// The place, counted from 0.
+            #[must_use]
+            pub const fn index(self) -> usize {
+                self.index as usize
+            }
+
+            /// How often the place was reused.
+            #[must_use]
+            pub const fn generation(self) -> u16 {
+                self.generation
+            }
+
+            /// One integer, for a C ABI.
+            #[must_use]
+            pub const fn to_bits(self) -> u32 {
+                (self.generation as u32) << 16 | self.index as u32
+            }
+
+            /// Back from [`Self::to_bits`].
+            #[must_use]
+            pub const fn from_bits(bits: u32) -> Self {
+                Self { index: bits as u16, generation: (bits >> 16) as u16 }
+            }
+        }
+
+        impl Empty for $t {
+            const EMPTY: Self = Self { index: 0, generation: 0 };
+        }
+    };
+}
+
+generational!(
+    /// An admitted task.
+    TaskId
+);
+generational!(
+    /// One release of a task, in flight.
+    JobId
+);
+
+macro_rules! plain {
+    ($($(#[$doc:meta])* $t:ident)*) => { $(
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+        pub struct $t(u8);
+
+        impl $t {
+            /// The `index`-th, counted from 0.
+            #[must_use]
+            pub const fn new(index: u8) -> Self {
+                Self(index)
+            }
+
+            /// Counted from 0.
+            #[must_use]
+            pub const fn index(self) -> usize {
+                self.0 as usize
+            }
+        }
+
+        impl Empty for $t {
+            const EMPTY: Self = Self(0);
+        }
+    )* };
+}
+
+plain! {
+    /// A node of one task.
+    NodeId
+    /// A lane, counted over all pools in their order.
+    LaneId
+    /// A pool of lanes.
+    PoolId
+    /// A sensor whose captures jobs may share.
+    SensorId
+}
+
+/// A dispatched unit: which lane, which sub-job, and the how-manieth unit of that lane.
+///
+/// Bits 0..8 lane, 8..16 node, 16..64 sequence number: a handle is used once.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct UnitId(u64);
+
+impl UnitId {
+    #[inline(always)]
+    pub(crate) const fn new(sequence: u64, node: u8, lane: usize) -> Self {
+        Self(sequence << 16 | (node as u64) << 8 | lane as u64)
+    }
+
+    /// The lane that runs it.
+    #[must_use]
+    pub const fn lane(self) -> LaneId {
+        LaneId(self.0 as u8)
+    }
+
+    /// The node, of its first member.
+    #[must_use]
+    pub const fn node(self) -> NodeId {
+        NodeId((self.0 >> 8) as u8)
+    }
+
+    /// One integer, for a C ABI.
+    #[must_use]
+    pub const fn to_bits(self) -> u64 {
+        self.0
+    }
+
+    /// Back from [`UnitId::to_bits`].
+    #[must_use]
+    pub const fn from_bits(bits: u64) -> Self {
+        Self(bits)
+    }
+}
+
+impl Empty for UnitId {
+    const EMPTY: Self = Self(0);
+}

@@ -1,0 +1,63 @@
+//! What an encoder's result may be shared for, and where results are.
+//!
+//! *Background.* The paper merges encoders of one stage; results can also be kept for later stages and other
+//! tasks that read the same capture. *Rule.* Two encoders share a result iff weights, frame name and capture
+//! are equal. A ready encoder whose key is running waits for it without a lane, and is then a hit; one whose
+//! key is cached is a hit at once. A result lives while an uncompleted decoder or a not-started encoder of its
+//! key is in flight; its bytes count against its pool.
+
+use crate::capacity::Empty;
+use crate::graph::Frame;
+
+/// (weights, frame name, capture).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct FrameKey {
+    number: u64,
+    weights: u16,
+    frame: u16,
+    source: CaptureSource,
+}
+
+/// Who numbers the captures of a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum CaptureSource {
+    /// Every job has its own; the number is the job's, unique over the scheduler's life.
+    Job,
+    /// The sensor's n-th.
+    Sensor,
+    /// The host gave the number at release.
+    Host,
+}
+
+impl FrameKey {
+    pub(crate) const fn new(frame: Frame, source: CaptureSource, number: u64) -> Self {
+        Self { number, weights: frame.weights, frame: frame.frame, source }
+    }
+}
+
+/// One result: being computed, or kept.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Output {
+    pub(crate) key: FrameKey,
+    /// Bytes it holds of its pool once it is kept.
+    pub(crate) bytes: u64,
+    pub(crate) pool: u8,
+    pub(crate) state: OutputState,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum OutputState {
+    Free,
+    /// The unit on this lane computes it.
+    Running(u8),
+    Kept,
+}
+
+impl Empty for Output {
+    const EMPTY: Self = Self {
+        key: FrameKey { number: 0, weights: 0, frame: 0, source: CaptureSource::Job },
+        bytes: 0,
+        pool: 0,
+        state: OutputState::Free,
+    };
+}

@@ -1,0 +1,68 @@
+//! DynamicMerge (paper Alg. 1): which ready encoders join one dispatch unit.
+//!
+//! *Background.* The paper merges iff abs(r_u - r_v) <= gamma, which is not transitive, and lets a unit wait.
+//! *Rule.* A unit is formed at dispatch from ready members of one pool and one frame key. Members sorted by
+//! release fall into windows [r_first, r_first + gamma]; the unit is the window of the queue's head. A member
+//! whose cost equals the unit's always joins; another joins only if the larger cost still ends by the
+//! earliest latest finish of all. *Why it holds.* Equal costs change nobody's finish; the guard refuses every
+//! other merge that could cost a deadline at the estimates used.
+
+use crate::time::{Duration, Instant};
+
+/// A unit under formation, or one member.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Candidate {
+    pub(crate) cost: u64,
+    /// a + D - tail; below zero for hopeless members.
+    pub(crate) latest_finish: i64,
+}
+
+/// The unit with `member` in it, or `None` if the guard refuses.
+pub(crate) fn join(unit: Candidate, member: Candidate, now: Instant) -> Option<Candidate> {
+    let both = Candidate {
+        cost: unit.cost.max(member.cost),
+        latest_finish: unit.latest_finish.min(member.latest_finish),
+    };
+    let ends = u128::from(now.as_nanos()) + u128::from(both.cost);
+    let in_time = both.latest_finish >= 0 && ends <= both.latest_finish.cast_unsigned().into();
+    (unit.cost == member.cost || in_time).then_some(both)
+}
+
+/// Start of the window that contains `head`: windows are laid from the earliest release on, each anchored at
+/// its first member. `releases` may come in any order and any number of times.
+pub(crate) fn window_of(head: Instant, skew: Duration, releases: impl Iterator<Item = Instant> + Clone) -> Instant {
+    let mut anchor = releases.clone().min().unwrap_or(head).min(head);
+    // Each round moves to a later release, so there are at most as many rounds as jobs.
+    while head > anchor.saturating_add(skew) {
+        let end = anchor.saturating_add(skew);
+        anchor = releases.clone().filter(|r| *r > end).min().unwrap_or(head).min(head);
+    }
+    anchor
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(ns: u64) -> Instant {
+        Instant::from_nanos(ns)
+    }
+
+    #[test]
+    fn windows_are_anchored_at_their_first_member() {
+        let releases = [at(0), at(80), at(150), at(260)];
+        let window = |head| window_of(head, Duration::from_nanos(100), releases.into_iter());
+        assert_eq!([0, 80, 150, 260].map(|r| window(at(r)).as_nanos()), [0, 0, 150, 260]);
+    }
+
+    #[test]
+    fn equal_costs_join_even_when_late_and_others_only_in_time() {
+        let unit = Candidate { cost: 10, latest_finish: 5 };
+        assert!(join(unit, Candidate { cost: 10, latest_finish: -3 }, at(100)).is_some());
+        assert!(join(unit, Candidate { cost: 4, latest_finish: 500 }, at(100)).is_none());
+        let early = Candidate { cost: 10, latest_finish: 200 };
+        let both = join(early, Candidate { cost: 40, latest_finish: 500 }, at(100)).unwrap();
+        assert_eq!((both.cost, both.latest_finish), (40, 200));
+        assert!(join(early, Candidate { cost: 101, latest_finish: 500 }, at(100)).is_none());
+    }
+}

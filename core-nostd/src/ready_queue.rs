@@ -1,0 +1,236 @@
+//! The EDF ready queue: a 4-ary heap with a position index.
+//!
+//! *Background.* EDF needs the smallest key; re-assignment and edits need to re-key and to remove an entry that
+//! is already queued, by name. *Rule.* Entries are (key, slot); `position` knows where each slot's entry is.
+//! *Why it holds.* Sifting keeps every parent at or below its children and writes `position` with every move.
+//! Ties are the key's business: the scheduler's keys are total (see [`Rank`]).
+//! Time bound: push, pop, re-key, remove O(log4 N); peek O(1).
+
+use crate::capacity::{Empty, Store};
+
+/// Key of the scheduler's queues: absolute key, then release, then task order, then job index.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Rank {
+    key: i64,
+    release: u64,
+    /// Task order in the high 8 bits, job index below.
+    tie: u64,
+}
+
+impl Rank {
+    #[inline(always)]
+    pub(crate) const fn new(key: i64, release: u64, tie: u64) -> Self {
+        Self { key, release, tie }
+    }
+
+    pub(crate) const fn tie(task_order: u8, job_index: u64) -> u64 {
+        (task_order as u64) << 56 | job_index & (1 << 56) - 1
+    }
+
+    /// The job index in a tie.
+    pub(crate) const fn index_in(tie: u64) -> u64 {
+        tie & (1 << 56) - 1
+    }
+}
+
+impl Empty for Rank {
+    const EMPTY: Self = Self { key: 0, release: 0, tie: 0 };
+}
+
+/// One queued slot.
+#[derive(Clone, Copy, Debug)]
+pub struct Entry<K> {
+    key: K,
+    slot: u16,
+}
+
+impl<K: Empty> Empty for Entry<K> {
+    const EMPTY: Self = Self { key: K::EMPTY, slot: 0 };
+}
+
+/// An indexed priority queue of at most one entry per slot. Slots are small integers.
+///
+/// ```
+/// use red_core::{Table, ReadyQueue};
+/// let mut queue = ReadyQueue::<u64, Table<_, 8>, Table<_, 8>>::new();
+/// queue.push(3, 30);
+/// queue.push(5, 10);
+/// queue.rekey(3, 5);
+/// assert_eq!(queue.pop(), Some((3, 5)));
+/// assert_eq!(queue.remove(5), Some(10));
+/// assert!(queue.is_empty());
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct ReadyQueue<K, E: Store<Entry<K>>, P: Store<u16>>
+where
+    K: Copy + Ord + Empty + core::fmt::Debug,
+{
+    entries: E,
+    /// Slot to place in `entries`, plus one; 0 is "not queued".
+    position: P,
+    len: u16,
+    key: core::marker::PhantomData<K>,
+}
+
+/// Children per node. Four keep a small heap two deep and their keys on neighbouring cache lines.
+const ARITY: usize = 4;
+
+impl<K, E: Store<Entry<K>>, P: Store<u16>> ReadyQueue<K, E, P>
+where
+    K: Copy + Ord + Empty + core::fmt::Debug,
+{
+    /// An empty queue.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self { entries: E::EMPTY, position: P::EMPTY, len: 0, key: core::marker::PhantomData }
+    }
+
+    /// Whether nothing is queued.
+    #[inline(always)]
+    #[must_use]
+    pub const fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// How many are queued.
+    #[must_use]
+    pub const fn len(&self) -> usize {
+        self.len as usize
+    }
+
+    /// Whether the slot is queued.
+    #[must_use]
+    pub fn contains(&self, slot: usize) -> bool {
+        self.position[slot] != 0
+    }
+
+    /// The smallest key and its slot.
+    #[inline(always)]
+    #[must_use]
+    pub fn peek(&self) -> Option<(usize, K)> {
+        (self.len > 0).then(|| (usize::from(self.entries[0].slot), self.entries[0].key))
+    }
+
+    /// Queues a slot; one that is queued already is re-keyed.
+    #[inline]
+    pub fn push(&mut self, slot: usize, key: K) {
+        if self.position[slot] != 0 {
+            self.rekey(slot, key);
+            return;
+        }
+        let end = self.len();
+        self.len += 1;
+        self.rise(end, Entry { key, slot: slot as u16 });
+    }
+
+    /// Takes the smallest key's slot.
+    #[inline]
+    pub fn pop(&mut self) -> Option<(usize, K)> {
+        let (slot, key) = self.peek()?;
+        self.take(0);
+        self.position[slot] = 0;
+        Some((slot, key))
+    }
+
+    /// Gives a queued slot another key; `false` if it is not queued.
+    #[inline]
+    pub fn rekey(&mut self, slot: usize, key: K) -> bool {
+        let place = self.position[slot];
+        if place == 0 {
+            return false;
+        }
+        let place = usize::from(place - 1);
+        let entry = Entry { key, slot: slot as u16 };
+        if key < self.entries[place].key { self.rise(place, entry) } else { self.sink(place, entry) }
+        true
+    }
+
+    /// Takes a slot out, wherever it is.
+    #[inline]
+    pub fn remove(&mut self, slot: usize) -> Option<K> {
+        let place = usize::from(self.position[slot].checked_sub(1)?);
+        let key = self.entries[place].key;
+        self.take(place);
+        self.position[slot] = 0;
+        Some(key)
+    }
+
+    /// Fills the hole at `place` with the last entry.
+    #[inline(always)]
+    fn take(&mut self, place: usize) {
+        self.len -= 1;
+        let end = self.len();
+        if place < end {
+            let last = self.entries[end];
+            let parent = (place.max(1) - 1) / ARITY;
+            if place > 0 && last.key < self.entries[parent].key {
+                self.rise(place, last);
+            } else {
+                self.sink(place, last);
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn put(&mut self, place: usize, entry: Entry<K>) {
+        self.entries[place] = entry;
+        self.position[usize::from(entry.slot)] = place as u16 + 1;
+    }
+
+    #[inline(always)]
+    fn rise(&mut self, mut hole: usize, entry: Entry<K>) {
+        while hole > 0 {
+            let parent = (hole - 1) / ARITY;
+            if self.entries[parent].key <= entry.key {
+                break;
+            }
+            self.put(hole, self.entries[parent]);
+            hole = parent;
+        }
+        self.put(hole, entry);
+    }
+
+    #[inline(always)]
+    fn sink(&mut self, mut hole: usize, entry: Entry<K>) {
+        let len = self.len();
+        loop {
+            let first = hole * ARITY + 1;
+            if first >= len {
+                break;
+            }
+            let mut least = first;
+            let mut key = self.entries[first].key;
+            for child in first + 1..(first + ARITY).min(len) {
+                let other = self.entries[child].key;
+                if other < key {
+                    (least, key) = (child, other);
+                }
+            }
+            if entry.key <= key {
+                break;
+            }
+            self.put(hole, self.entries[least]);
+            hole = least;
+        }
+        self.put(hole, entry);
+    }
+}
+
+impl<K, E: Store<Entry<K>>, P: Store<u16>> Default for ReadyQueue<K, E, P>
+where
+    K: Copy + Ord + Empty + core::fmt::Debug,
+{
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<K, E: Store<Entry<K>>, P: Store<u16>> Empty for ReadyQueue<K, E, P>
+where
+    K: Copy + Ord + Empty + core::fmt::Debug,
+{
+    const EMPTY: Self = Self::new();
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,105 @@
+//! What the host has to do.
+
+use crate::capacity::Empty;
+use crate::id::{JobId, LaneId, TaskId, UnitId};
+use crate::time::{Instant, SignedDuration};
+
+/// One answer of `poll`.
+#[must_use]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum Action {
+    /// Start this unit on its lane, and report it with `complete` or `fail`.
+    Dispatch(Dispatch),
+    /// Take the lane from this unit; `suspend` was applied already. Only under `Config::preempt`.
+    Preempt(Dispatch),
+    /// A job ended. Nothing is left to do for it, but a lane that still runs one of its units must report.
+    Ended(Outcome),
+}
+
+/// A unit and its lane. Ask [`Scheduler::unit`](crate::Scheduler::unit) for what it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Dispatch {
+    /// Handle for `complete` and `fail`.
+    pub unit: UnitId,
+    /// Where it runs.
+    pub lane: LaneId,
+}
+
+/// How a job ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Outcome {
+    /// The job; its place may be reused from now on.
+    pub job: JobId,
+    /// Its task.
+    pub task: TaskId,
+    /// The how-manieth job of its task, from 0.
+    pub index: u64,
+    /// When it was released.
+    pub release: Instant,
+    /// When it was due.
+    pub deadline: Instant,
+    /// When it ended.
+    pub at: Instant,
+    /// `None`: all its nodes completed. Otherwise it was given up.
+    pub shed: Option<ShedReason>,
+}
+
+impl Outcome {
+    /// Finish less deadline; negative when early.
+    #[must_use]
+    pub const fn lateness(&self) -> SignedDuration {
+        self.at.minus(self.deadline)
+    }
+
+    /// Whether all nodes completed by the deadline.
+    #[must_use]
+    pub const fn on_time(&self) -> bool {
+        self.shed.is_none() && self.at.as_nanos() <= self.deadline.as_nanos()
+    }
+}
+
+/// Why a job was given up.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(u8)]
+pub enum ShedReason {
+    /// Not even its best case could end by the deadline.
+    #[default]
+    Hopeless = 1,
+    /// Lasting overload; it had the lowest value.
+    Overload,
+    /// Lasting overload under the paper's rule; it had the lowest urgency.
+    Urgency,
+    /// No place for another job at its release.
+    Full,
+    /// It was past its deadline, and the late policy is to abort.
+    Late,
+    /// One of its nodes failed.
+    Fault,
+    /// Its task was removed.
+    Removed,
+}
+
+impl ShedReason {
+    /// The word that programs read.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Hopeless => "hopeless",
+            Self::Overload => "overload",
+            Self::Urgency => "urgency",
+            Self::Full => "full",
+            Self::Late => "late",
+            Self::Fault => "fault",
+            Self::Removed => "removed",
+        }
+    }
+}
+
+impl Empty for Option<ShedReason> {
+    const EMPTY: Self = None;
+}

@@ -1,0 +1,168 @@
+//! `complete` and `fail`: what a lane reports.
+
+use super::Scheduler;
+use super::action::ShedReason;
+use super::event::EventKind;
+use super::bits;
+use crate::capacity::{Capacity, Empty};
+use crate::config::Gate;
+use crate::graph::NodeSet;
+use crate::id::UnitId;
+use crate::time::Instant;
+
+/// A report was refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum CompleteError {
+    /// The unit was reported before, or its lane was given to another: the host reported twice. Nothing
+    /// changed.
+    Stale,
+    /// No such unit was ever dispatched: the host made the handle up. Nothing changed.
+    NotRunning,
+    /// The unit's jobs had been given up meanwhile. It is counted, and its lane is free again.
+    Late,
+}
+
+crate::error::messages! {
+    CompleteError {
+        Stale => "the unit was reported before",
+        NotRunning => "no such unit was ever dispatched",
+        Late => "the unit's jobs had been given up; its lane is free again",
+    }
+}
+
+impl<C: Capacity> Scheduler<C> {
+    /// The unit ended at `now`. All its members complete.
+    ///
+    /// # Errors
+    /// [`CompleteError`].
+    #[inline]
+    pub fn complete(&mut self, unit: UnitId, now: Instant) -> Result<(), CompleteError> {
+        self.advance(now);
+        let lane = unit.lane().index();
+        if lane >= C::LANES || self.lanes[lane].unit != unit || unit == UnitId::EMPTY {
+            return Err(self.refuse(unit));
+        }
+        let l = &self.lanes[lane];
+        let (slot, rank) = (usize::from(l.slot), usize::from(l.rank));
+        if l.merged || l.is_encoder {
+            return self.complete_shared(lane);
+        }
+        self.free(lane);
+        self.done(slot, rank, lane);
+        self.changed(slot);
+        Ok(())
+    }
+
+    /// The unit failed at `now`: all its members' jobs are given up with the reason `fault`.
+    ///
+    /// # Errors
+    /// [`CompleteError`].
+    pub fn fail(&mut self, unit: UnitId, now: Instant) -> Result<(), CompleteError> {
+        self.advance(now);
+        let lane = self.lane_of(unit).ok_or_else(|| self.refuse(unit))?;
+        let members = self.lanes[lane].members;
+        for slot in bits(members) {
+            self.end_job(slot, Some(ShedReason::Fault));
+        }
+        self.drop_output_of(lane);
+        self.free(lane);
+        self.lanes[lane].merged = false;
+        self.lanes[lane].is_encoder = false;
+        if members == 0 {
+            self.counters.late_completions += 1;
+            return Err(CompleteError::Late);
+        }
+        Ok(())
+    }
+
+    #[cold]
+    fn refuse(&self, unit: UnitId) -> CompleteError {
+        if unit == UnitId::EMPTY || unit.to_bits() >> 16 > self.units { CompleteError::NotRunning } else { CompleteError::Stale }
+    }
+
+    /// One running sub-job is done: its successors may become ready, its job may end.
+    #[inline(always)]
+    pub(super) fn done(&mut self, slot: usize, rank: usize, lane: usize) {
+        self.note(EventKind::Completed, slot, rank, lane);
+        if self.observes {
+            self.observe(slot, rank, lane);
+        }
+        self.jobs[slot].running.remove(rank);
+        self.settle_node(slot, rank);
+    }
+
+    /// A sub-job is done; encoders among its successors may find their results.
+    #[inline(always)]
+    pub(super) fn settle_node(&mut self, slot: usize, rank: usize) {
+        if self.settle_one(slot, rank) {
+            self.meet_outputs(slot);
+        }
+    }
+
+    /// A sub-job is done, by execution or by a hit. Whether the job goes on and has encoders.
+    #[inline(always)]
+    pub(super) fn settle_one(&mut self, slot: usize, rank: usize) -> bool {
+        let job = &mut self.jobs[slot];
+        let version = &self.tasks[usize::from(job.task)].versions[usize::from(job.version)];
+        job.done.insert(rank);
+        job.left -= 1;
+        version.successors[rank].each(|s| {
+            let left = job.waiting_for[s] - 1;
+            job.waiting_for[s] = left;
+            if left == 0 {
+                job.ready.insert(s);
+            }
+        });
+        let is_decoder = version.decoders.contains(rank);
+        let has_encoders = !version.encoders.is_empty();
+        let is_last = job.left == 0;
+        if job.reruns {
+            self.unready_done(slot);
+        }
+        if self.config.gate == Gate::Level {
+            self.open_level(slot);
+        }
+        if is_last {
+            self.end_job(slot, None);
+        }
+        if is_decoder {
+            self.decoder_done(slot, rank);
+        }
+        has_encoders && !is_last
+    }
+
+    /// Parks ready nodes above the lowest level that is not done, and readies those in it.
+    pub(super) fn open_level(&mut self, slot: usize) {
+        let job = &self.jobs[slot];
+        let version = self.version(slot);
+        let open = job.undone(version).iter().map(|r| version.height[r]).min().unwrap_or(0);
+        let mut candidates = job.ready;
+        candidates.extend(&job.parked);
+        let (mut ready, mut parked) = (NodeSet::EMPTY, NodeSet::EMPTY);
+        candidates.each(|r| if version.height[r] <= open { ready.insert(r) } else { parked.insert(r) });
+        let job = &mut self.jobs[slot];
+        job.ready = ready;
+        job.parked = parked;
+    }
+
+    /// Takes a sample of an execution alone, and counts an overrun.
+    #[inline(always)]
+    fn observe(&mut self, slot: usize, rank: usize, lane: usize) {
+        let executed = self.executed_on(lane);
+        let job = &self.jobs[slot];
+        let task = &mut self.tasks[usize::from(job.task)];
+        let place = usize::from(task.versions[usize::from(job.version)].order[rank]);
+        let estimate = &mut task.estimates[place];
+        estimate.push(executed);
+        if executed > task.nodes[place].wcet.get() {
+            self.counters.overruns += 1;
+            self.note(EventKind::Overran, slot, rank, lane);
+        }
+        if self.monitor.behind != 0 {
+            // A shorter window minimum may have left: what was safe by it is looked at again.
+            self.alarm = Instant::ZERO;
+        }
+    }
+}

@@ -1,0 +1,129 @@
+//! The event record: what happened, when, to whom. A ring of `C::EVENTS`; when it is full the newest event is
+//! dropped and counted, so that what is kept is a gapless beginning.
+
+use super::Scheduler;
+use super::action::ShedReason;
+use crate::capacity::{Capacity, Empty};
+use crate::id::{LaneId, NodeId, TaskId};
+use crate::time::Instant;
+
+/// What happened.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum EventKind {
+    /// A job was released.
+    #[default]
+    Released,
+    /// A release found no place.
+    Refused,
+    /// A sub-job started on `lane`; each member of a unit has its own event.
+    Started,
+    /// A sub-job that ran on `lane` completed.
+    Completed,
+    /// An encoder completed without executing: its result was there.
+    Hit,
+    /// A sub-job lost its lane to a smaller key.
+    Preempted,
+    /// A sub-job took longer than its WCET.
+    Overran,
+    /// All nodes of a job completed.
+    Ended,
+    /// A job was given up.
+    Shed(ShedReason),
+    /// A task has a new graph.
+    Edited,
+    /// A kept result was thrown away for memory.
+    Evicted,
+}
+
+/// One event. Fields that do not apply are 0.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Event {
+    /// When.
+    pub at: Instant,
+    /// Which job of the task, from 0.
+    pub job: u64,
+    /// What.
+    pub kind: EventKind,
+    /// Whose.
+    pub task: TaskId,
+    /// Which node.
+    pub node: NodeId,
+    /// Which lane.
+    pub lane: LaneId,
+}
+
+impl Empty for Event {
+    const EMPTY: Self = Self {
+        at: Instant::ZERO,
+        job: 0,
+        kind: EventKind::Released,
+        task: TaskId::EMPTY,
+        node: NodeId::EMPTY,
+        lane: LaneId::EMPTY,
+    };
+}
+
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Record<C: Capacity> {
+    ring: C::Events<Event>,
+    first: u32,
+    len: u32,
+    dropped: u64,
+}
+
+impl<C: Capacity> Record<C> {
+    #[inline(always)]
+    fn push(&mut self, event: Event) {
+        let place = (self.first as usize + self.len as usize) % C::EVENTS.max(1);
+        match self.ring.as_mut().get_mut(place) {
+            Some(free) if (self.len as usize) < C::EVENTS => {
+                *free = event;
+                self.len += 1;
+            }
+            _ => self.dropped += 1,
+        }
+    }
+
+    pub(super) fn take(&mut self) -> Option<Event> {
+        let event = *self.ring.as_ref().get(self.first as usize)?;
+        (self.len > 0).then(|| {
+            self.first = (self.first + 1) % (C::EVENTS.max(1) as u32);
+            self.len -= 1;
+            event
+        })
+    }
+
+    pub(super) const fn dropped(&self) -> u64 {
+        self.dropped
+    }
+}
+
+impl<C: Capacity> Empty for Record<C> {
+    const EMPTY: Self = Self { ring: <C::Events<Event>>::EMPTY, first: 0, len: 0, dropped: 0 };
+}
+
+impl<C: Capacity> Scheduler<C> {
+    /// Records an event of a sub-job, given by its rank.
+    #[inline(always)]
+    pub(super) fn note(&mut self, kind: EventKind, slot: usize, rank: usize, lane: usize) {
+        if C::EVENTS > 0 {
+            let job = &self.jobs[slot];
+            let task = &self.tasks[usize::from(job.task)];
+            let node = task.versions[usize::from(job.version)].order[rank];
+            let (job, task) = (job.index(), TaskId::new(usize::from(job.task), task.generation));
+            self.record.push(Event { at: self.now, job, kind, task, node: NodeId::new(node), lane: LaneId::new(lane as u8) });
+        }
+    }
+
+    /// Records an event of a job, or of a task (`job` 0).
+    #[inline(always)]
+    pub(super) fn note_task(&mut self, kind: EventKind, task: usize, job: u64) {
+        if C::EVENTS > 0 {
+            let task = TaskId::new(task, self.tasks[task].generation);
+            self.record.push(Event { at: self.now, job, kind, task, ..Event::EMPTY });
+        }
+    }
+}

@@ -1,0 +1,221 @@
+//! A job: one release of a task, and how far each of its nodes is.
+
+use super::Scheduler;
+use super::action::{Outcome, ShedReason};
+use super::event::EventKind;
+use super::version::Version;
+use crate::capacity::{Capacity, Empty};
+use crate::graph::{Node, NodeSet};
+use crate::id::{JobId, TaskId};
+use crate::policy::frame_cache::CaptureSource;
+use crate::ready_queue::Rank;
+use crate::time::Instant;
+
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Job<C: Capacity> {
+    pub(super) task: u8,
+    pub(super) version: u8,
+    pub(super) generation: u16,
+    /// Nodes that are not done.
+    pub(super) left: u16,
+    /// Whether a node started, or a result was taken.
+    pub(super) started: bool,
+    /// Whether its worst case ended after the deadline when last looked at.
+    pub(super) behind: bool,
+    /// Whether an encoder runs again after its result was thrown away.
+    pub(super) reruns: bool,
+    pub(super) shed: Option<ShedReason>,
+    pub(super) release: Instant,
+    pub(super) deadline: Instant,
+    /// Key that all ready nodes share, under residual re-assignment.
+    pub(super) key: i64,
+    /// Task order and job index, as [`Rank`] wants them.
+    pub(super) tie: u64,
+    /// The capture it reads, by number.
+    pub(super) capture: u64,
+    pub(super) source: CaptureSource,
+    /// After this instant it may have become hopeless.
+    pub(super) safe_until: Instant,
+    /// When it ended.
+    pub(super) at: Instant,
+    /// By rank.
+    pub(super) ready: NodeSet<C>,
+    pub(super) running: NodeSet<C>,
+    pub(super) done: NodeSet<C>,
+    /// Ready by precedence, but its level is not open, or its encoder key is running.
+    pub(super) parked: NodeSet<C>,
+    /// Predecessors that are not done.
+    pub(super) waiting_for: C::Nodes<u8>,
+    /// Running: lane. Done encoder: output plus one, 0 if it is nowhere.
+    pub(super) place: C::Nodes<u8>,
+}
+
+impl<C: Capacity> Empty for Job<C> {
+    const EMPTY: Self = Self {
+        task: 0,
+        version: 0,
+        generation: 0,
+        left: 0,
+        started: false,
+        behind: false,
+        reruns: false,
+        shed: None,
+        release: Instant::ZERO,
+        deadline: Instant::ZERO,
+        key: 0,
+        tie: 0,
+        capture: 0,
+        source: CaptureSource::Job,
+        safe_until: Instant::ZERO,
+        at: Instant::ZERO,
+        ready: NodeSet::EMPTY,
+        running: NodeSet::EMPTY,
+        done: NodeSet::EMPTY,
+        parked: NodeSet::EMPTY,
+        waiting_for: <C::Nodes<u8>>::EMPTY,
+        place: <C::Nodes<u8>>::EMPTY,
+    };
+}
+
+impl<C: Capacity> Job<C> {
+    /// Ranks that are not done.
+    pub(super) fn undone(&self, version: &Version<C>) -> NodeSet<C> {
+        let mut all = NodeSet::EMPTY;
+        (0..usize::from(version.len)).for_each(|rank| all.insert(rank));
+        all.without(&self.done)
+    }
+
+    /// The how-manieth job of its task.
+    pub(super) const fn index(&self) -> u64 {
+        Rank::index_in(self.tie)
+    }
+
+    /// Absolute key of a rank, as the queue orders it.
+    #[inline(always)]
+    pub(super) fn key_of(&self, version: &Version<C>, rank: usize, residual: bool) -> i64 {
+        if residual { self.key } else { (self.release.as_nanos().cast_signed()).saturating_add(version.key[rank]) }
+    }
+}
+
+impl<C: Capacity> Scheduler<C> {
+    #[inline(always)]
+    pub(super) fn version(&self, slot: usize) -> &Version<C> {
+        let job = &self.jobs[slot];
+        &self.tasks[usize::from(job.task)].versions[usize::from(job.version)]
+    }
+
+    /// The node behind a rank of a job.
+    #[inline(always)]
+    pub(super) fn node(&self, slot: usize, rank: usize) -> &Node {
+        let node = self.version(slot).order[rank];
+        &self.tasks[usize::from(self.jobs[slot].task)].nodes[usize::from(node)]
+    }
+
+    /// Queue key of a job's rank.
+    #[inline(always)]
+    pub(super) fn rank_key(&self, slot: usize, rank: usize) -> Rank {
+        let job = &self.jobs[slot];
+        let key = job.key_of(self.version(slot), rank, self.config.residual());
+        Rank::new(key, job.release.as_nanos(), job.tie)
+    }
+
+    /// Most pressing ready rank of a job in a pool.
+    #[inline(always)]
+    pub(super) fn head_of(&self, slot: usize, pool: usize) -> Option<usize> {
+        let ready = &self.jobs[slot].ready;
+        if C::POOLS == 1 { ready.first_in(ready) } else { ready.first_in(&self.version(slot).in_pool[pool]) }
+    }
+
+    /// Brings a job's entry in every pool's queue up to date after its ready set or key changed.
+    #[inline(always)]
+    pub(super) fn requeue(&mut self, slot: usize) {
+        if C::POOLS == 1 {
+            self.requeue_in(slot, 0);
+        } else {
+            let mut pools = self.version(slot).pool_mask;
+            while pools != 0 {
+                self.requeue_in(slot, pools.trailing_zeros() as usize);
+                pools &= pools - 1;
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn requeue_in(&mut self, slot: usize, pool: usize) {
+        self.active |= 1 << pool;
+        if usize::from(self.pools[pool].current) != slot + 1 {
+            self.requeue_other(slot, pool);
+        }
+    }
+
+    /// A job that is not the pool's current one: in the queue iff it has something ready.
+    fn requeue_other(&mut self, slot: usize, pool: usize) {
+        let head = self.head_of(slot, pool);
+        let current = usize::from(self.pools[pool].current);
+        let vacant = current == 0 || self.head_of(current - 1, pool).is_none();
+        match head {
+            Some(_) if vacant => {
+                self.pools[pool].queue.remove(slot);
+                self.pools[pool].current = slot as u8 + 1;
+            }
+            Some(rank) => {
+                let key = self.rank_key(slot, rank);
+                self.pools[pool].queue.push(slot, key);
+            }
+            None => {
+                self.pools[pool].queue.remove(slot);
+            }
+        }
+    }
+
+    /// Ends a job: completed (`None`) or given up. Its slot is free once the host took the outcome.
+    pub(super) fn end_job(&mut self, slot: usize, shed: Option<ShedReason>) {
+        let (task, index) = (usize::from(self.jobs[slot].task), self.jobs[slot].index());
+        self.note_task(shed.map_or(EventKind::Ended, EventKind::Shed), task, index);
+        let version = usize::from(self.jobs[slot].version);
+        self.tasks[task].versions[version].users -= 1;
+        self.in_flight &= !(1 << slot);
+        self.ended |= 1 << slot;
+        let job = &mut self.jobs[slot];
+        job.shed = shed;
+        job.at = self.now;
+        job.ready = NodeSet::EMPTY;
+        job.parked = NodeSet::EMPTY;
+        for pool in 0..usize::from(self.pool_count) {
+            self.pools[pool].queue.remove(slot);
+            if usize::from(self.pools[pool].current) == slot + 1 {
+                self.pools[pool].current = 0;
+            }
+            if usize::from(self.pools[pool].blocked.0) == slot + 1 {
+                self.pools[pool].blocked = (0, 0);
+            }
+        }
+        if shed.is_some() {
+            self.abandon(slot);
+        }
+    }
+
+    /// Takes the outcome of one ended job; its place can be used again.
+    ///
+    /// `poll` hands outcomes out as well. Take them here before releasing into a full table.
+    pub fn take_outcome(&mut self) -> Option<Outcome> {
+        if self.ended == 0 {
+            return None;
+        }
+        let slot = self.ended.trailing_zeros() as usize;
+        self.ended &= self.ended - 1;
+        let job = &mut self.jobs[slot];
+        let generation = job.generation;
+        job.generation = generation.wrapping_add(1);
+        let task = usize::from(job.task);
+        Some(Outcome {
+            job: JobId::new(slot, generation),
+            task: TaskId::new(task, self.tasks[task].generation),
+            index: job.index(),
+            release: job.release,
+            deadline: job.deadline,
+            at: job.at,
+            shed: job.shed,
+        })
+    }
+}

@@ -1,0 +1,140 @@
+//! Pools with a memory budget.
+//!
+//! *Rule.* A node fits if running footprints + kept results + its own are within the budget. When the head does
+//! not fit, at most as many later nodes as the pool has lanes may overtake it; then the pool starts nothing
+//! until the head fits. If nothing runs and it still does not fit, kept results without a ready decoder go, and
+//! if that is not enough, every kept result that the head itself does not read; their encoders run again.
+//! *Why the head cannot starve.* After `lanes` overtakings every lane drains; then only results stand in its
+//! way, and a node fits beside its own encoder's result, which admission checked.
+
+use super::Scheduler;
+use super::event::EventKind;
+use super::outlook::Rest;
+use crate::capacity::Capacity;
+use crate::graph::NodeSet;
+use crate::policy::frame_cache::OutputState;
+
+impl<C: Capacity> Scheduler<C> {
+    /// The node to start when `rank` of `slot` is the pool's head: itself, one that may overtake it, or none.
+    pub(super) fn fitting(&mut self, pool: usize, slot: usize, rank: usize) -> Option<(usize, usize)> {
+        if self.fits(pool, slot, rank) {
+            if self.pools[pool].blocked == (slot as u8 + 1, rank as u8) {
+                self.pools[pool].blocked = (0, 0);
+            }
+            return Some((slot, rank));
+        }
+        let p = &mut self.pools[pool];
+        if p.blocked != (slot as u8 + 1, rank as u8) {
+            p.blocked = (slot as u8 + 1, rank as u8);
+            p.overtakes = 0;
+        }
+        if u32::from(p.overtakes) < p.lanes.count_ones()
+            && let Some(next) = self.first_that_fits(pool)
+        {
+            self.pools[pool].overtakes += 1;
+            return Some(next);
+        }
+        if self.pools[pool].free == self.pools[pool].lanes {
+            return self.make_room(pool, slot, rank);
+        }
+        None
+    }
+
+    fn fits(&self, pool: usize, slot: usize, rank: usize) -> bool {
+        let p = &self.pools[pool];
+        p.used.saturating_add(self.node(slot, rank).memory.0) <= p.budget
+    }
+
+    /// The most pressing ready node of the pool that fits.
+    fn first_that_fits(&self, pool: usize) -> Option<(usize, usize)> {
+        let mut best = None;
+        for slot in self.slots() {
+            let ready = self.jobs[slot].ready.and(&self.version(slot).in_pool[pool]);
+            if let Some(rank) = ready.iter().find(|r| self.fits(pool, slot, *r)) {
+                let key = self.rank_key(slot, rank);
+                if best.is_none_or(|(least, _, _)| key < least) {
+                    best = Some((key, slot, rank));
+                }
+            }
+        }
+        best.map(|(_, slot, rank)| (slot, rank))
+    }
+
+    /// Nothing runs in the pool and its head does not fit: results have to go. The head may be another one
+    /// afterwards, because evicted encoders are ready again.
+    #[cold]
+    fn make_room(&mut self, pool: usize, slot: usize, rank: usize) -> Option<(usize, usize)> {
+        let (mut slot, mut rank) = (slot, rank);
+        for rest in [Rest::WithoutReadyDecoder, Rest::NotReadByHead, Rest::All] {
+            for place in 0..C::NODES {
+                let output = &self.outputs[place];
+                let here = output.state == OutputState::Kept && usize::from(output.pool) == pool;
+                if here && self.may_go(place, rest, slot, rank) {
+                    self.evict(place);
+                }
+            }
+            slot = self.pick(pool)?;
+            rank = self.head_of(slot, pool)?;
+            if self.fits(pool, slot, rank) {
+                return Some((slot, rank));
+            }
+        }
+        None
+    }
+
+    fn may_go(&self, place: usize, rest: Rest, slot: usize, rank: usize) -> bool {
+        let reads = |slot: usize, rank: usize| {
+            let encoder = self.version(slot).encoder_of(rank);
+            encoder.is_some_and(|e| usize::from(self.jobs[slot].place[e]) == place + 1)
+        };
+        match rest {
+            Rest::WithoutReadyDecoder => !self.slots().any(|s| {
+                let decoders = self.jobs[s].ready.and(&self.version(s).decoders);
+                decoders.iter().any(|d| reads(s, d))
+            }),
+            Rest::NotReadByHead => !reads(slot, rank),
+            Rest::All => true,
+        }
+    }
+
+    /// Throws a kept result away: encoders whose decoders still need it are ready again.
+    fn evict(&mut self, place: usize) {
+        self.counters.evictions += 1;
+        for slot in self.slots() {
+            let version = self.version(slot);
+            let lost = version.encoders.iter().find(|e| {
+                let job = &self.jobs[slot];
+                job.done.contains(*e)
+                    && usize::from(job.place[*e]) == place + 1
+                    && !version.decoders_of(*e).without(&job.done).is_empty()
+            });
+            if let Some(e) = lost {
+                self.note(EventKind::Evicted, slot, e, 0);
+                let job = &mut self.jobs[slot];
+                let version = &self.tasks[usize::from(job.task)].versions[usize::from(job.version)];
+                job.done.remove(e);
+                job.place[e] = 0;
+                job.left += 1;
+                // The encoder's second end counts every successor down again, done ones too.
+                version.successors[e].each(|s| job.waiting_for[s] += 1);
+                job.ready = job.ready.without(&version.successors[e]);
+                job.ready.insert(e);
+                job.reruns = true;
+                self.requeue(slot);
+            }
+        }
+        self.free_output(place);
+        self.alarm = crate::time::Instant::ZERO;
+    }
+
+    /// After a second end of an encoder: what was done or runs already is not ready.
+    pub(super) fn unready_done(&mut self, slot: usize) {
+        let job = &mut self.jobs[slot];
+        let started: NodeSet<C> = {
+            let mut set = job.done;
+            set.extend(&job.running);
+            set
+        };
+        job.ready = job.ready.without(&started);
+    }
+}

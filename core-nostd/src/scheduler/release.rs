@@ -1,0 +1,146 @@
+//! `release`: a new job, its sources ready.
+
+use super::Scheduler;
+use super::event::EventKind;
+use super::jobs::Job;
+use crate::capacity::{Capacity, Empty};
+use crate::config::{BestCase, Gate};
+use crate::id::{JobId, TaskId};
+use crate::policy::frame_cache::CaptureSource;
+use crate::ready_queue::Rank;
+use crate::time::Instant;
+
+/// A release was refused. Nothing changed; the host counts the job as shed with the reason `full` where that
+/// is the variant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum ReleaseError {
+    /// The task is not admitted, or was removed.
+    UnknownTask,
+    /// `C::JOBS` jobs are in flight, or have ended and their outcomes wait to be taken. The job's index is used
+    /// up.
+    Full,
+    /// The release, or its deadline, lies beyond 2^63 ns.
+    Overflow,
+}
+
+crate::error::messages! {
+    ReleaseError {
+        UnknownTask => "the task is not admitted",
+        Full => "as many jobs as the capacity allows are in flight; the job is shed",
+        Overflow => "the release or its deadline lies beyond 2^63 ns",
+    }
+}
+
+impl<C: Capacity> Scheduler<C> {
+    /// Releases a job of `task` now. Time bound: O(nodes).
+    ///
+    /// # Errors
+    /// [`ReleaseError`].
+    pub fn release(&mut self, task: TaskId, now: Instant) -> Result<JobId, ReleaseError> {
+        self.release_at(task, now, None, now)
+    }
+
+    /// Releases a job whose release was at `release`, for hosts that learn of it later. `capture` is the number
+    /// of the frame it reads; `None` takes the sensors' periods, and a capture of its own where a frame has no
+    /// sensor.
+    ///
+    /// # Errors
+    /// [`ReleaseError`].
+    pub fn release_at(
+        &mut self,
+        task: TaskId,
+        release: Instant,
+        capture: Option<u64>,
+        now: Instant,
+    ) -> Result<JobId, ReleaseError> {
+        self.advance(now);
+        let t = self.task_slot(task).ok_or(ReleaseError::UnknownTask)?;
+        let due = release.checked_add(self.tasks[t].deadline).filter(|d| d.as_nanos() <= i64::MAX as u64);
+        let deadline = due.ok_or(ReleaseError::Overflow)?;
+        let index = self.tasks[t].next_job;
+        self.tasks[t].next_job += 1;
+        let used = self.in_flight | self.ended;
+        let slot = used.trailing_ones() as usize;
+        if slot >= C::JOBS {
+            self.note_task(EventKind::Refused, t, index);
+            return Err(ReleaseError::Full);
+        }
+        self.releases += 1;
+        let current = self.tasks[t].current;
+        let version = &mut self.tasks[t].versions[usize::from(current)];
+        version.users += 1;
+        let job = &mut self.jobs[slot];
+        let generation = job.generation;
+        let key = release.as_nanos().cast_signed();
+        *job = Job {
+            task: t as u8,
+            version: current,
+            generation,
+            left: version.len,
+            release,
+            deadline,
+            key,
+            tie: Rank::tie(t as u8, index),
+            capture: capture.unwrap_or(self.releases),
+            source: if capture.is_some() { CaptureSource::Host } else { CaptureSource::Job },
+            safe_until: Instant::from_nanos(key.saturating_add(version.slack).max(0).cast_unsigned()),
+            ready: version.sources,
+            waiting_for: version.indegree,
+            ..Job::EMPTY
+        };
+        // Latest start before the epoch: that instant cannot be written, so the job counts as behind at once.
+        let lost = key < version.slack.saturating_neg();
+        job.behind = lost;
+        let has_encoders = !version.encoders.is_empty();
+        self.in_flight |= 1 << slot;
+        self.note_task(EventKind::Released, t, index);
+        self.watch(slot);
+        if lost {
+            self.alarm = Instant::ZERO;
+        }
+        if self.config.gate == Gate::Level {
+            self.open_level(slot);
+        }
+        if has_encoders {
+            self.meet_outputs(slot);
+        }
+        self.changed(slot);
+        Ok(JobId::new(slot, generation))
+    }
+
+    /// Called after a job's ready set changed.
+    #[inline(always)]
+    pub(super) fn changed(&mut self, slot: usize) {
+        if self.config.residual() {
+            self.stale_keys = true;
+            self.residual_key(slot);
+        }
+        self.requeue(slot);
+    }
+
+    /// Best case of a rank, in nanoseconds; never above its cost, so that "on time at WCET" implies "on time at
+    /// best".
+    pub(super) fn best_case(&self, slot: usize, rank: usize) -> u64 {
+        let version = self.version(slot);
+        let task = &self.tasks[usize::from(self.jobs[slot].task)];
+        let node = &task.nodes[usize::from(version.order[rank])];
+        let seen = match self.config.best_case {
+            BestCase::Observed => task.estimates[usize::from(version.order[rank])].minimum(),
+            BestCase::Declared => None,
+        };
+        seen.unwrap_or(node.best).as_nanos().min(node.cost())
+    }
+
+    /// Expected cost of a rank: mean of the window plus contention, WCET plus contention before a sample.
+    pub(super) fn expected(&self, slot: usize, rank: usize) -> u64 {
+        let version = self.version(slot);
+        let task = &self.tasks[usize::from(self.jobs[slot].task)];
+        let place = usize::from(version.order[rank]);
+        let node = &task.nodes[place];
+        task.estimates[place]
+            .mean()
+            .map_or(node.cost(), |mean| mean.as_nanos().saturating_add(node.contention.as_nanos()))
+    }
+}

@@ -1,0 +1,273 @@
+//! The table of admitted tasks.
+
+use super::Scheduler;
+use super::action::ShedReason;
+use super::version::Version;
+use crate::analysis::{Certificate, Demand, response_time};
+use crate::capacity::{Capacity, Empty};
+use crate::config::Admission;
+use crate::deadlines::Estimator;
+use crate::graph::{Dag, Node, Role};
+use crate::id::{NodeId, PoolId, TaskId};
+use crate::policy::Floor;
+use crate::time::{Bytes, Duration};
+
+/// Longest deadline: 2^62 ns, so that every key fits 64 signed bits.
+const LONGEST_DEADLINE: u64 = 1 << 62;
+
+/// When a task's jobs come and are due, and what they are worth.
+///
+/// ```
+/// use red_core::{Duration, Timing};
+/// let timing = Timing::new(Duration::from_millis(120)).every(Duration::from_millis(100)).value(10).floor(3, 4);
+/// # let _ = timing;
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Timing {
+    deadline: Duration,
+    period: Option<Duration>,
+    value: u32,
+    floor: Floor,
+}
+
+impl Timing {
+    /// Jobs due `deadline` after their release, at no declared rate, of value 1.
+    #[must_use]
+    pub const fn new(deadline: Duration) -> Self {
+        Self { deadline, period: None, value: 1, floor: Floor::EMPTY }
+    }
+
+    /// With a period, or a minimum inter-arrival time; admission uses it.
+    #[must_use]
+    pub const fn every(self, period: Duration) -> Self {
+        Self { period: Some(period), ..self }
+    }
+
+    /// With a declared value: higher survives overload longer.
+    #[must_use]
+    pub const fn value(self, value: u32) -> Self {
+        Self { value, ..self }
+    }
+
+    /// With a floor: at least `m` of any `k` consecutive jobs are never shed by choice.
+    #[must_use]
+    pub const fn floor(self, m: u32, k: u32) -> Self {
+        Self { floor: Floor::new(m, k), ..self }
+    }
+}
+
+/// A task could not be admitted. Nothing changed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum AddTaskError {
+    /// Every task place of the capacity is taken.
+    Full,
+    /// The graph has no node.
+    Empty,
+    /// The deadline is 0 or above 2^62 ns.
+    Deadline,
+    /// A node names a pool that does not exist.
+    UnknownPool,
+    /// A node, or an encoder and one of its decoders together, needs more memory than its pool has.
+    Memory,
+    /// Under `Admission::Enforce`: the certificate does not fit.
+    Unschedulable,
+}
+
+crate::error::messages! {
+    AddTaskError {
+        Full => "every task place of the capacity is taken; use larger TASKS",
+        Empty => "the graph has no node",
+        Deadline => "the deadline is 0 or above 2^62 ns",
+        UnknownPool => "a node names a pool that does not exist",
+        Memory => "a node, or an encoder with a decoder, needs more memory than its pool has",
+        Unschedulable => "the response-time bound is above the deadline or the period",
+    }
+}
+
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Task<C: Capacity> {
+    pub(super) admitted: bool,
+    /// The version that new jobs get.
+    pub(super) current: u8,
+    pub(super) generation: u16,
+    pub(super) value: u32,
+    pub(super) deadline: Duration,
+    pub(super) period: Option<Duration>,
+    pub(super) next_job: u64,
+    /// Counts commits, so that an edit knows whether another came between.
+    pub(super) revision: u32,
+    pub(super) floor: Floor,
+    pub(super) versions: [Version<C>; 2],
+    /// By node id; a place belongs to one node as long as a version uses it.
+    pub(super) nodes: C::Nodes<Node>,
+    pub(super) estimates: C::Nodes<Estimator>,
+}
+
+impl<C: Capacity> Empty for Task<C> {
+    const EMPTY: Self = Self {
+        admitted: false,
+        current: 0,
+        generation: 0,
+        value: 0,
+        deadline: Duration::ZERO,
+        period: None,
+        next_job: 0,
+        revision: 0,
+        floor: Floor::EMPTY,
+        versions: [Version::EMPTY; 2],
+        nodes: <C::Nodes<Node>>::EMPTY,
+        estimates: <C::Nodes<Estimator>>::EMPTY,
+    };
+}
+
+impl<C: Capacity> Scheduler<C> {
+    /// Admits a task after the others; its certificate is [`certificate`](Self::certificate). Time bound:
+    /// O(lanes * (nodes + edges) + nodes log nodes).
+    ///
+    /// # Errors
+    /// [`AddTaskError`].
+    pub fn add_task(&mut self, dag: &Dag<C>, timing: Timing) -> Result<TaskId, AddTaskError> {
+        let deadline = timing.deadline.as_nanos();
+        if deadline == 0 || deadline > LONGEST_DEADLINE {
+            return Err(AddTaskError::Deadline);
+        }
+        self.check_graph(dag)?;
+        let slot = (0..C::TASKS).find(|t| !self.tasks[*t].admitted).ok_or(AddTaskError::Full)?;
+        let proof = self.prove(dag, timing.deadline, timing.period);
+        if self.config.admission == Admission::Enforce && !proof.fits() {
+            return Err(AddTaskError::Unschedulable);
+        }
+        let version = Version::build(dag, &self.config, timing.deadline, &self.lanes_by_pool());
+        let task = &mut self.tasks[slot];
+        task.admitted = true;
+        task.current = 0;
+        task.value = timing.value;
+        task.deadline = timing.deadline;
+        task.period = timing.period;
+        task.next_job = 0;
+        task.floor = timing.floor;
+        task.versions = [version, Version::EMPTY];
+        task.install(dag);
+        self.task_count = self.task_count.max(slot as u8 + 1);
+        Ok(TaskId::new(slot, self.tasks[slot].generation))
+    }
+
+    /// Removes a task; its jobs in flight are given up with the reason `removed`. `false` if it is not there.
+    pub fn remove_task(&mut self, task: TaskId, now: crate::time::Instant) -> bool {
+        let Some(t) = self.task_slot(task) else { return false };
+        self.advance(now);
+        for slot in self.slots() {
+            if usize::from(self.jobs[slot].task) == t {
+                self.end_job(slot, Some(ShedReason::Removed));
+            }
+        }
+        self.tasks[t].admitted = false;
+        self.tasks[t].generation = self.tasks[t].generation.wrapping_add(1);
+        true
+    }
+
+    /// The bound on the response time of the task's newest graph, alone on its pools.
+    #[must_use]
+    pub fn certificate(&self, task: TaskId) -> Option<Certificate> {
+        let t = &self.tasks[self.task_slot(task)?];
+        Some(self.prove(&t.versions[usize::from(t.current)].dag(&t.nodes), t.deadline, t.period))
+    }
+
+    /// What the admitted tasks ask of a pool, for [`utilisation_slack`](crate::utilisation_slack).
+    pub fn demands(&self, pool: PoolId) -> impl Iterator<Item = Demand> + '_ {
+        self.tasks.as_ref().iter().filter(|t| t.admitted).map(move |t| {
+            let dag = t.versions[usize::from(t.current)].dag(&t.nodes);
+            let work = dag.nodes().filter_map(|n| dag.node(n).copied()).filter(|n| n.pool == pool);
+            Demand { work: Duration::from_nanos(work.map(|n| n.cost()).sum()), period: t.period }
+        })
+    }
+
+    /// A node of the task, in the newest graph or an older one that jobs in flight still have.
+    #[must_use]
+    pub fn task_node(&self, task: TaskId, node: NodeId) -> Option<&Node> {
+        let t = &self.tasks[self.task_slot(task)?];
+        let used = t.versions.iter().any(|v| v.nodes().contains(node.index().min(C::NODES - 1)));
+        (node.index() < C::NODES && used).then(|| &t.nodes[node.index()])
+    }
+
+    /// What the node took so far.
+    #[must_use]
+    pub fn estimate(&self, task: TaskId, node: NodeId) -> Option<&Estimator> {
+        self.task_node(task, node)?;
+        Some(&self.tasks[self.task_slot(task)?].estimates[node.index()])
+    }
+
+    pub(super) fn task_slot(&self, task: TaskId) -> Option<usize> {
+        let slot = task.index();
+        let known = slot < C::TASKS && self.tasks[slot].admitted && self.tasks[slot].generation == task.generation();
+        known.then_some(slot)
+    }
+
+    pub(super) fn prove(&self, dag: &Dag<C>, deadline: Duration, period: Option<Duration>) -> Certificate {
+        let mut budgets = <C::Pools<Budget>>::EMPTY;
+        for p in 0..usize::from(self.pool_count) {
+            budgets[p] = self.pools[p].limited.then_some(Bytes(self.pools[p].budget));
+        }
+        let limit = period.map_or(deadline, |t| t.min(deadline));
+        response_time(dag, limit, &self.lanes_by_pool(), budgets.as_ref())
+    }
+
+    pub(super) fn lanes_by_pool(&self) -> [u8; 32] {
+        let mut lanes = [1; 32];
+        for (p, m) in lanes.iter_mut().enumerate().take(usize::from(self.pool_count)) {
+            *m = self.pools[p].lanes.count_ones() as u8;
+        }
+        lanes
+    }
+
+    pub(super) fn check_graph(&self, dag: &Dag<C>) -> Result<(), AddTaskError> {
+        if dag.is_empty() {
+            return Err(AddTaskError::Empty);
+        }
+        let budget = |node: &Node| self.pools[node.pool.index()].budget;
+        for id in dag.nodes() {
+            let node = dag.at(id.index());
+            if node.pool.index() >= usize::from(self.pool_count) {
+                return Err(AddTaskError::UnknownPool);
+            }
+            let mut with_decoder = node.memory.0;
+            if matches!(node.role, Role::SharedEncoder(_)) {
+                dag.out(id.index()).each(|d| {
+                    let decoder = dag.at(d);
+                    if decoder.role == Role::Decoder && decoder.pool == node.pool {
+                        with_decoder = with_decoder.max(node.memory.0.saturating_add(decoder.memory.0));
+                    }
+                });
+            }
+            if with_decoder > budget(node) {
+                return Err(AddTaskError::Memory);
+            }
+        }
+        Ok(())
+    }
+}
+
+impl<C: Capacity> Task<C> {
+    /// Takes the data of `dag`'s nodes; nodes that were here already keep their samples.
+    pub(super) fn install(&mut self, dag: &Dag<C>) {
+        let other = self.versions[1 - usize::from(self.current)].nodes();
+        for id in dag.nodes() {
+            let place = id.index();
+            let node = *dag.at(place);
+            let kept = self.revision > 0 && other.contains(place);
+            if !kept {
+                self.estimates[place] = Estimator::new(&node);
+            }
+            self.nodes[place] = node;
+        }
+        self.revision = self.revision.wrapping_add(1);
+    }
+}
+
+type Budget = Option<Bytes>;
+
+impl Empty for Budget {
+    const EMPTY: Self = None;
+}

@@ -1,0 +1,191 @@
+//! Lanes and the units that run on them.
+
+use super::Scheduler;
+use super::action::{Action, Dispatch};
+use super::event::EventKind;
+use super::bits;
+use crate::capacity::{Capacity, Empty};
+use crate::id::{JobId, LaneId, NodeId, PoolId, TaskId, UnitId};
+use crate::time::{Duration, Instant};
+
+/// What runs on a lane.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Lane {
+    pub(super) unit: UnitId,
+    pub(super) started: Instant,
+    /// How long the first member had run before, if it was preempted.
+    pub(super) carried: Duration,
+    /// Jobs with a member in the unit, a bit per slot; 0: every member's job was given up.
+    pub(super) members: u64,
+    pub(super) memory: u64,
+    /// First member.
+    pub(super) slot: u8,
+    pub(super) rank: u8,
+    pub(super) pool: u8,
+    /// Whether the unit has more than one member, or lost one.
+    pub(super) merged: bool,
+    /// Result that the unit writes (encoder) or reads (decoder), plus one.
+    pub(super) output: u16,
+    pub(super) is_encoder: bool,
+}
+
+impl Lane {
+    pub(super) fn is_busy(&self) -> bool {
+        self.unit != UnitId::EMPTY
+    }
+}
+
+impl Empty for Lane {
+    const EMPTY: Self = Self {
+        unit: UnitId::EMPTY,
+        started: Instant::ZERO,
+        carried: Duration::ZERO,
+        members: 0,
+        memory: 0,
+        slot: 0,
+        rank: 0,
+        pool: 0,
+        merged: false,
+        output: 0,
+        is_encoder: false,
+    };
+}
+
+/// One sub-job of a unit, and what its body may want to know.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Member {
+    /// The job.
+    pub job: JobId,
+    /// Its task.
+    pub task: TaskId,
+    /// The how-manieth job of its task, from 0.
+    pub index: u64,
+    /// The node.
+    pub node: NodeId,
+    /// When the job was released.
+    pub release: Instant,
+    /// When the job is due.
+    pub deadline: Instant,
+}
+
+/// What a unit is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Unit {
+    /// Its first member: the one whose body runs.
+    pub first: Member,
+    /// Where it runs.
+    pub lane: LaneId,
+    /// The lane's pool.
+    pub pool: PoolId,
+    /// When it started.
+    pub started: Instant,
+    /// When the first member should end: release plus the node's sub-deadline.
+    pub sub_deadline: Instant,
+    /// The worst-case execution time of the first member's node.
+    pub wcet: Duration,
+    /// Number of the encoder result that the unit writes or reads. Numbers are below `C::NODES`, and one stays
+    /// the same result until nobody in flight needs it.
+    pub output: Option<u16>,
+}
+
+impl<C: Capacity> Scheduler<C> {
+    /// What a unit is, while it runs and one of its jobs is in flight.
+    #[must_use]
+    pub fn unit(&self, unit: UnitId) -> Option<Unit> {
+        let lane = self.lane_of(unit)?;
+        let l = &self.lanes[lane];
+        if l.members == 0 {
+            return None;
+        }
+        let (slot, rank) = (usize::from(l.slot), usize::from(l.rank));
+        let node = self.node(slot, rank);
+        let key = self.jobs[slot].key_of(self.version(slot), rank, self.config.residual());
+        let offset = if self.config.rule == crate::DeadlineRule::LatestStart { node.cost() } else { 0 };
+        Some(Unit {
+            first: self.member(slot, rank),
+            lane: LaneId::new(lane as u8),
+            pool: PoolId::new(l.pool),
+            started: l.started,
+            sub_deadline: Instant::from_nanos(key.saturating_add_unsigned(offset).max(0).cast_unsigned()),
+            wcet: node.wcet.get(),
+            output: l.output.checked_sub(1),
+        })
+    }
+
+    /// The members of a unit that runs: one, or the encoders that share one execution.
+    pub fn members(&self, unit: UnitId) -> impl Iterator<Item = Member> + '_ {
+        let lane = self.lane_of(unit);
+        let jobs = lane.map_or(0, |l| self.lanes[l].members);
+        bits(jobs).flat_map(move |slot| {
+            self.ranks_on(slot, lane.unwrap_or(0)).map(move |rank| self.member(slot, rank))
+        })
+    }
+
+    /// The lane that runs a unit.
+    pub(super) fn lane_of(&self, unit: UnitId) -> Option<usize> {
+        let lane = unit.lane().index();
+        (unit != UnitId::EMPTY && lane < C::LANES && self.lanes[lane].unit == unit).then_some(lane)
+    }
+
+    /// Ranks of a job that run on a lane.
+    pub(super) fn ranks_on(&self, slot: usize, lane: usize) -> impl Iterator<Item = usize> + '_ {
+        let job = &self.jobs[slot];
+        job.running.iter().filter(move |rank| usize::from(job.place[*rank]) == lane)
+    }
+
+    fn member(&self, slot: usize, rank: usize) -> Member {
+        let job = &self.jobs[slot];
+        let task = usize::from(job.task);
+        Member {
+            job: JobId::new(slot, job.generation),
+            task: TaskId::new(task, self.tasks[task].generation),
+            index: job.index(),
+            node: NodeId::new(self.version(slot).order[rank]),
+            release: job.release,
+            deadline: job.deadline,
+        }
+    }
+
+    /// Gives a ready rank a lane. Members of a merged unit join with `merge_into` afterwards.
+    #[inline(always)]
+    pub(super) fn start(&mut self, slot: usize, rank: usize, lane: usize) -> Action {
+        let node = self.version(slot).order[rank];
+        let job = &mut self.jobs[slot];
+        job.ready.remove(rank);
+        job.running.insert(rank);
+        job.place[rank] = lane as u8;
+        job.started = true;
+        if self.config.preempt {
+            self.lanes[lane].carried = self.resume(slot, rank);
+        }
+        self.units += 1;
+        let unit = UnitId::new(self.units, node, lane);
+        let l = &mut self.lanes[lane];
+        l.unit = unit;
+        l.started = self.now;
+        l.members = 1 << slot;
+        l.slot = slot as u8;
+        l.rank = rank as u8;
+        self.pools[usize::from(l.pool)].free &= !(1 << lane);
+        self.note(EventKind::Started, slot, rank, lane);
+        crate::fmt::trace!("start {} on {}", unit, lane);
+        Action::Dispatch(Dispatch { unit, lane: LaneId::new(lane as u8) })
+    }
+
+    /// Frees a lane and the memory of its unit.
+    #[inline(always)]
+    pub(super) fn free(&mut self, lane: usize) {
+        let l = &mut self.lanes[lane];
+        let pool = usize::from(l.pool);
+        self.busy += self.now.since(l.started).as_nanos();
+        l.unit = UnitId::EMPTY;
+        self.pools[pool].free |= 1 << lane;
+        self.active |= 1 << pool;
+        if self.pools[pool].limited {
+            self.pools[pool].used -= l.memory;
+            l.memory = 0;
+        }
+    }
+}

@@ -1,0 +1,128 @@
+//! One version of a task's graph, laid out for dispatch.
+//!
+//! Nodes are renumbered by (key, node id): their *rank*. Every rule that is not re-assigned gives a node the
+//! key release + constant, so inside a job the next node is the lowest set bit of its ready ranks, and no heap
+//! is needed below the level of jobs. Under residual re-assignment all ready nodes of a job share one key
+//! (they are the sources of what remains), so ranks go by node id there.
+
+use crate::capacity::{Capacity, Empty};
+use crate::config::Config;
+use crate::deadlines::SubDeadlines;
+use crate::deadlines::path::before;
+use crate::graph::{Dag, Levels, Node, NodeSet, Role, critical_path};
+use crate::id::NodeId;
+use crate::time::Duration;
+
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Version<C: Capacity> {
+    /// Hot: what completing and dispatching a node reads.
+    pub(super) len: u16,
+    /// Jobs in flight that have this version.
+    pub(super) users: u16,
+    /// Pools that its nodes use, a bit each.
+    pub(super) pool_mask: u32,
+    /// Relative latest start of the most pressing node: D less the critical path.
+    pub(super) slack: i64,
+    pub(super) sources: NodeSet<C>,
+    pub(super) encoders: NodeSet<C>,
+    pub(super) decoders: NodeSet<C>,
+    /// Ranks by pool.
+    pub(super) in_pool: C::Pools<NodeSet<C>>,
+    /// By rank: successors, key relative to the release, node id, number of predecessors, height.
+    pub(super) successors: C::Nodes<NodeSet<C>>,
+    pub(super) key: C::Nodes<i64>,
+    pub(super) order: C::Nodes<u8>,
+    pub(super) indegree: C::Nodes<u8>,
+    pub(super) height: C::Nodes<u8>,
+    /// Ranks in topological order.
+    pub(super) topological: C::Nodes<u8>,
+}
+
+impl<C: Capacity> Version<C> {
+    /// Lays `dag` out. Time bound: O(nodes log nodes + edges).
+    pub(super) fn build(dag: &Dag<C>, config: &Config, deadline: Duration, lanes: &[u8]) -> Self {
+        let levels = Levels::of(dag);
+        let assigned = SubDeadlines::assign(dag, config.rule, deadline, lanes);
+        let mut new = Self::EMPTY;
+        let mut sorted = <C::Nodes<(i64, u8)>>::EMPTY;
+        for i in dag.present().iter() {
+            let key = if config.residual() { 0 } else { assigned.key[i] };
+            sorted[usize::from(new.len)] = (key, i as u8);
+            new.len += 1;
+        }
+        let len = usize::from(new.len);
+        if let Some(used) = sorted.as_mut().get_mut(..len) {
+            used.sort_unstable();
+        }
+        let mut rank_of = <C::Nodes<u8>>::EMPTY;
+        for rank in 0..len {
+            let node = usize::from(sorted[rank].1);
+            rank_of[node] = rank as u8;
+            new.order[rank] = node as u8;
+            new.key[rank] = assigned.key[node];
+            new.indegree[rank] = levels.indegree()[node];
+            new.height[rank] = levels.height(NodeId::new(node as u8)) as u8;
+            let pool = dag.at(node).pool.index();
+            new.in_pool[pool].insert(rank);
+            new.pool_mask |= 1 << pool;
+            if new.indegree[rank] == 0 {
+                new.sources.insert(rank);
+            }
+            match dag.at(node).role {
+                Role::SharedEncoder(_) => new.encoders.insert(rank),
+                Role::Decoder => new.decoders.insert(rank),
+                Role::Ordinary => {}
+            }
+        }
+        for rank in 0..len {
+            let successors = &mut new.successors[rank];
+            dag.out(usize::from(new.order[rank])).each(|j| successors.insert(usize::from(rank_of[j])));
+        }
+        for (i, node) in levels.places().enumerate() {
+            new.topological[i] = rank_of[node];
+        }
+        new.slack = before(deadline.as_nanos().cast_signed(), critical_path(dag, &levels));
+        new
+    }
+
+    /// The graph again, in node ids.
+    pub(super) fn dag(&self, nodes: &C::Nodes<Node>) -> Dag<C> {
+        Dag::restore(nodes, &self.order, usize::from(self.len), &self.successors)
+    }
+
+    /// Node ids that this version uses.
+    pub(super) fn nodes(&self) -> NodeSet<C> {
+        let mut set = NodeSet::EMPTY;
+        (0..usize::from(self.len)).for_each(|rank| set.insert(usize::from(self.order[rank])));
+        set
+    }
+
+    /// The encoder whose decoder `rank` is, by the edge between them.
+    pub(super) fn encoder_of(&self, rank: usize) -> Option<usize> {
+        self.encoders.iter().find(|e| self.successors[*e].contains(rank))
+    }
+
+    /// The decoders of an encoder.
+    pub(super) fn decoders_of(&self, encoder: usize) -> NodeSet<C> {
+        self.successors[encoder].and(&self.decoders)
+    }
+}
+
+impl<C: Capacity> Empty for Version<C> {
+    const EMPTY: Self = Self {
+        len: 0,
+        users: 0,
+        pool_mask: 0,
+        slack: 0,
+        sources: NodeSet::EMPTY,
+        encoders: NodeSet::EMPTY,
+        decoders: NodeSet::EMPTY,
+        in_pool: <C::Pools<NodeSet<C>>>::EMPTY,
+        successors: <C::Nodes<NodeSet<C>>>::EMPTY,
+        key: <C::Nodes<i64>>::EMPTY,
+        order: <C::Nodes<u8>>::EMPTY,
+        indegree: <C::Nodes<u8>>::EMPTY,
+        height: <C::Nodes<u8>>::EMPTY,
+        topological: <C::Nodes<u8>>::EMPTY,
+    };
+}

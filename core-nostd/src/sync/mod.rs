@@ -1,0 +1,30 @@
+//! The synchronizers: the only concurrent code, and the only place in this crate with atomics.
+//!
+//! | who | may call |
+//! |---|---|
+//! | lanes, each pinned to its own CPU, all of one priority | [`TicketLock`] |
+//! | anybody, one thread per [`Mailbox`] | `Mailbox::push`: wait-free |
+//! | the holder of the lock | `Mailbox::pop` |
+//! | a handler and one observer | [`HandlerCell`] |
+//!
+//! The rule for SCHED_FIFO: a thread that spins on a lock whose holder it has preempted on the same CPU never
+//! returns. So a lane's CPU has no other contender, and everybody else goes through a mailbox. Hosts whose
+//! lanes share CPUs bring a priority-inheriting lock of their own ([`Exclusive`]).
+
+mod handler;
+mod mailbox;
+mod primitive;
+mod ticket_lock;
+
+pub use handler::{HandlerCell, HandlerState, TransitionError};
+pub use mailbox::{Mailbox, Post};
+pub use ticket_lock::TicketLock;
+
+/// Something that lets one caller at a time have a value.
+pub trait Exclusive<T> {
+    /// Wraps a value.
+    fn new(value: T) -> Self;
+
+    /// Runs `f` alone with the value.
+    fn with<R>(&self, f: impl FnOnce(&mut T) -> R) -> R;
+}
