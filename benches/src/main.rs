@@ -1,2 +1,85 @@
-//! stub
-fn main() {}
+//! What the scheduler costs beside its peers, measured in one run on this machine.
+//!
+//! Every table prints each contestant's figure, its ratio to the reference of the table, and for ours the bound
+//! that the product is held to. Exit status: 0 all bounds kept, 1 one exceeded, 2 wrong arguments, 3 something
+//! could not be measured that should have been.
+
+mod companion;
+mod count;
+mod graphs;
+mod handoff;
+mod machine;
+mod measure;
+mod not_run;
+mod peers;
+mod queue;
+mod sections;
+mod table;
+mod timer;
+
+use std::env;
+use std::fs;
+use std::process::ExitCode;
+
+use machine::Machine;
+use sections::{Bench, SECTIONS, Section};
+use table::Outcome;
+
+const USAGE: &str = "usage: red-benches [--quick] [--section NAME]...";
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = env::args().skip(1).collect();
+    if let [count::MODE, ..] = arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
+        return match count::run(&arguments[1..]) {
+            Ok(()) => ExitCode::SUCCESS,
+            Err(reason) => refuse(&reason, 2),
+        };
+    }
+    let (quick, chosen) = match parse(&arguments) {
+        Ok(choice) => choice,
+        Err(reason) => return refuse(&format!("{reason}\n{USAGE}"), 2),
+    };
+    let machine: &'static Machine = match Machine::enter() {
+        Ok(machine) => Box::leak(Box::new(machine)),
+        Err(error) => return refuse(&format!("cannot pin this process to a CPU: {error}"), 3),
+    };
+    println!("{machine}");
+    if let Ok(load) = fs::read_to_string("/proc/loadavg") {
+        println!("load before: {}", load.trim());
+    }
+    let bench = Bench { machine, quick };
+    let outcome: Outcome = chosen.iter().map(|(_, section)| section(&bench)).sum();
+    println!("\n{} above their bound, {} not measured", outcome.above, outcome.missing);
+    match outcome {
+        Outcome { missing: 1.., .. } => ExitCode::from(3),
+        Outcome { above: 1.., .. } => ExitCode::from(1),
+        Outcome { .. } => ExitCode::SUCCESS,
+    }
+}
+
+fn refuse(reason: &str, status: u8) -> ExitCode {
+    eprintln!("red-benches: {reason}");
+    ExitCode::from(status)
+}
+
+/// Whether the run is a quick one, and its sections: all, unless some are named.
+fn parse(arguments: &[String]) -> Result<(bool, Vec<Section>), String> {
+    let (mut quick, mut chosen) = (false, Vec::new());
+    let mut words = arguments.iter();
+    while let Some(word) = words.next() {
+        match word.as_str() {
+            "--quick" => quick = true,
+            "--section" => {
+                let names = SECTIONS.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ");
+                let name = words.next().ok_or_else(|| format!("--section wants one of {names}"))?;
+                let section = SECTIONS.iter().find(|(section, _)| section == name);
+                chosen.push(*section.ok_or_else(|| format!("no section {name:?}; there are {names}"))?);
+            }
+            other => return Err(format!("unexpected argument {other:?}")),
+        }
+    }
+    if chosen.is_empty() {
+        chosen.extend_from_slice(SECTIONS);
+    }
+    Ok((quick, chosen))
+}

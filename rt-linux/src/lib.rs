@@ -1,1 +1,41 @@
-//! stub
+//! The Linux host of the RED scheduler: lanes as pinned `SCHED_FIFO` threads.
+//!
+//! # The operating-system layer
+//!
+//! | module | what it gives |
+//! |---|---|
+//! | [`clock`] | `CLOCK_MONOTONIC` as one integer of nanoseconds |
+//! | [`bell`] | a wake-up that makes no system call while nobody sleeps |
+//! | [`spin_lead`], [`sleeper`] | sleeping to an absolute time, with a final spin that calibrates itself |
+//! | [`pi_lock`] | the priority-inheriting lock for threads that share a CPU |
+//! | [`setup`] | FIFO priority, pinning, locked memory, heap and idle-state settings |
+//! | [`placement`] | which CPUs the lanes get |
+//! | [`watchdog`] | demotes a lane whose body never returns |
+//! | [`stop`] | Ctrl-C and SIGTERM as a bell |
+//! | [`usage`] | page faults and involuntary context switches |
+//! | [`preflight`] | the findings of `redrt doctor` |
+//!
+//! # Priorities
+//!
+//! Lanes run at one FIFO priority P, each on its own CPU; the watchdog runs at P + 1. Everything else stays
+//! an ordinary thread.
+//!
+//! # What is refused
+//!
+//! A right that is missing is a [`setup::SetupError::NotPermitted`] with its fix. Whoever decides to go on
+//! without it has a best-effort run: lanes share CPUs, take the [`pi_lock::PiLock`] and never spin.
+#![deny(unsafe_code)]
+
+pub mod bell;
+pub mod clock;
+pub mod pi_lock;
+pub mod placement;
+pub mod preflight;
+mod primitive;
+pub mod setup;
+pub mod sleeper;
+pub mod spin_lead;
+pub mod stop;
+mod sys;
+pub mod usage;
+pub mod watchdog;

@@ -1,1 +1,14 @@
-//! stub
+//! The RED scheduler in virtual time: the same core as on a robot, and time that jumps from event to event.
+//!
+//! Same workload and options, same result, to the byte.
+
+mod execution;
+mod host;
+mod report;
+
+pub use execution::Execution;
+pub use host::{Options, SimError, simulate};
+pub use report::{PoolMetrics, Report, Row, Shed};
+
+/// Capacities of the host: the limits of a workload file.
+pub type Lab = red_core::Caps<16, 256, 64, 32, 32, 4, 4096>;

@@ -193,6 +193,16 @@ impl<C: Capacity> Dag<C> {
         dag
     }
 
+    /// With new nodes from `end` on, where an older version had nodes up to there.
+    pub(crate) fn from_place(self, end: u16) -> Self {
+        Self { end: self.end.max(end), ..self }
+    }
+
+    /// One more than the highest place ever used.
+    pub(crate) const fn end(&self) -> u16 {
+        self.end
+    }
+
     fn reaches(&self, from: NodeId, to: NodeId) -> bool {
         let (mut seen, mut open) = (NodeSet::only(from.index()), NodeSet::only(from.index()));
         // At most C::NODES rounds: each takes one node out of `open`, and a node enters it once.

@@ -34,7 +34,7 @@ impl<C: Capacity> Scheduler<C> {
 
     #[inline(always)]
     fn next(&mut self, now: Instant, prefer: u32) -> Option<Action> {
-        if self.stale_keys || now >= self.alarm {
+        if now >= self.alarm || self.stale_keys && self.config.reassign == Reassign::OnDispatch {
             self.settle();
         }
         if self.ended != 0 {
@@ -55,7 +55,7 @@ impl<C: Capacity> Scheduler<C> {
     #[cold]
     fn settle(&mut self) {
         self.monitor_and_shed();
-        if self.stale_keys && self.config.reassign == Reassign::OnDispatch {
+        if self.stale_keys && self.config.residual() && self.config.reassign == Reassign::OnDispatch {
             for slot in self.slots() {
                 self.residual_key(slot);
                 self.requeue(slot);

@@ -121,7 +121,7 @@ impl<C: Capacity> Scheduler<C> {
         if t.versions[1 - current].users > 0 {
             taken.extend(&t.versions[1 - current].nodes());
         }
-        Some(Edit { task, revision: t.revision, dag: t.versions[current].dag(&t.nodes), taken })
+        Some(Edit { task, revision: t.revision, dag: t.versions[current].dag(&t.nodes).from_place(t.end), taken })
     }
 
     /// Applies an edit to jobs released from now on. Time bound: O(nodes log nodes + edges) and the certificate,
@@ -155,7 +155,7 @@ impl<C: Capacity> Scheduler<C> {
         if task.revision != edit.revision {
             return Err(CommitError::Conflict);
         }
-        if task.versions.iter().all(|v| v.users > 0) {
+        if task.versions[1 - usize::from(task.current)].users > 0 {
             return Err(CommitError::Busy);
         }
         self.check_graph(&edit.dag).map_err(|e| match e {

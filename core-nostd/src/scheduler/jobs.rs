@@ -46,7 +46,8 @@ pub(super) struct Job<C: Capacity> {
     pub(super) parked: NodeSet<C>,
     /// Predecessors that are not done.
     pub(super) waiting_for: C::Nodes<u8>,
-    /// Running: lane. Done encoder: output plus one, 0 if it is nowhere.
+    /// Ready: how often it was overtaken for memory. Running: lane. Done encoder: output plus one, 0 if it is
+    /// nowhere.
     pub(super) place: C::Nodes<u8>,
 }
 
@@ -186,13 +187,18 @@ impl<C: Capacity> Scheduler<C> {
             if usize::from(self.pools[pool].current) == slot + 1 {
                 self.pools[pool].current = 0;
             }
-            if usize::from(self.pools[pool].blocked.0) == slot + 1 {
-                self.pools[pool].blocked = (0, 0);
-            }
         }
         if shed.is_some() {
             self.abandon(slot);
         }
+    }
+
+    /// The id of a job in flight, by its task and its index in the task.
+    #[must_use]
+    pub fn job_id(&self, task: TaskId, index: u64) -> Option<JobId> {
+        let t = self.task_slot(task)?;
+        let found = |slot: &usize| usize::from(self.jobs[*slot].task) == t && self.jobs[*slot].index() == index;
+        self.slots().find(found).map(|slot| JobId::new(slot, self.jobs[slot].generation))
     }
 
     /// Takes the outcome of one ended job; its place can be used again.

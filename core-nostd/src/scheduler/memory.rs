@@ -18,20 +18,12 @@ impl<C: Capacity> Scheduler<C> {
     /// The node to start when `rank` of `slot` is the pool's head: itself, one that may overtake it, or none.
     pub(super) fn fitting(&mut self, pool: usize, slot: usize, rank: usize) -> Option<(usize, usize)> {
         if self.fits(pool, slot, rank) {
-            if self.pools[pool].blocked == (slot as u8 + 1, rank as u8) {
-                self.pools[pool].blocked = (0, 0);
-            }
             return Some((slot, rank));
         }
-        let p = &mut self.pools[pool];
-        if p.blocked != (slot as u8 + 1, rank as u8) {
-            p.blocked = (slot as u8 + 1, rank as u8);
-            p.overtakes = 0;
-        }
-        if u32::from(p.overtakes) < p.lanes.count_ones()
+        if u32::from(self.jobs[slot].place[rank]) < self.pools[pool].lanes.count_ones()
             && let Some(next) = self.first_that_fits(pool)
         {
-            self.pools[pool].overtakes += 1;
+            self.jobs[slot].place[rank] += 1;
             return Some(next);
         }
         if self.pools[pool].free == self.pools[pool].lanes {
@@ -65,6 +57,7 @@ impl<C: Capacity> Scheduler<C> {
     #[cold]
     fn make_room(&mut self, pool: usize, slot: usize, rank: usize) -> Option<(usize, usize)> {
         let (mut slot, mut rank) = (slot, rank);
+        // A head that fits now starts at once; evicted encoders that are ready again come after it.
         for rest in [Rest::WithoutReadyDecoder, Rest::NotReadByHead, Rest::All] {
             for place in 0..C::NODES {
                 let output = &self.outputs[place];
@@ -73,11 +66,11 @@ impl<C: Capacity> Scheduler<C> {
                     self.evict(place);
                 }
             }
-            slot = self.pick(pool)?;
-            rank = self.head_of(slot, pool)?;
-            if self.fits(pool, slot, rank) {
+            if self.jobs[slot].ready.contains(rank) && self.fits(pool, slot, rank) {
                 return Some((slot, rank));
             }
+            slot = self.pick(pool)?;
+            rank = self.head_of(slot, pool)?;
         }
         None
     }

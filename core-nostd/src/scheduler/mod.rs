@@ -119,8 +119,6 @@ pub struct Scheduler<C: Capacity> {
     /// Units ever dispatched, jobs ever released.
     units: u64,
     releases: u64,
-    /// Lane time of completed units, in nanoseconds.
-    busy: u64,
     pools: C::Pools<Pool<C>>,
     lanes: C::Lanes<Lane>,
     jobs: C::Jobs<Job<C>>,
@@ -162,10 +160,10 @@ struct Pool<C: Capacity> {
     /// The job that ran last (slot plus one) is not queued: it is compared with the queue's head instead.
     current: u8,
     limited: bool,
-    /// Later sub-jobs that overtook the blocked head.
-    overtakes: u8,
-    /// The head that did not fit: job slot plus one, rank.
-    blocked: (u8, u8),
+    /// Lane time of its completed units; lane time used up to the current tick's start, and in the tick before.
+    busy: u64,
+    mark: u64,
+    tick_busy: u64,
     /// Memory budget, and bytes held by running units and kept results.
     budget: u64,
     used: u64,
@@ -178,8 +176,9 @@ impl<C: Capacity> Empty for Pool<C> {
         lanes: 0,
         current: 0,
         limited: false,
-        overtakes: 0,
-        blocked: (0, 0),
+        busy: 0,
+        mark: 0,
+        tick_busy: 0,
         budget: 0,
         used: 0,
         queue: ReadyQueue::EMPTY,
@@ -236,6 +235,7 @@ impl<C: Capacity> Scheduler<C> {
 
     /// Sets up a scheduler in place, such as a `static`; everything it held is forgotten.
     pub fn configure(&mut self, config: Config) {
+        const { assert!(C::NODES * C::JOBS * C::LANES * C::POOLS > 0, "capacities are in range") };
         *self = Self::EMPTY;
         self.config = config;
         self.observes = config.observes();
@@ -321,10 +321,17 @@ impl<C: Capacity> Scheduler<C> {
         Bytes(if pool.index() < C::POOLS { self.pools[pool.index()].used } else { 0 })
     }
 
+    /// Whether a pool has both a free lane and a sub-job that waits for one.
+    #[must_use]
+    pub fn can_dispatch(&self) -> bool {
+        let waits = |pool: usize| self.slots().any(|slot| self.head_of(slot, pool).is_some());
+        (0..usize::from(self.pool_count)).any(|pool| self.pools[pool].free != 0 && waits(pool))
+    }
+
     /// When `poll` has something to decide even if nothing happens. May change after every other call.
     #[must_use]
     pub fn poll_at(&self) -> Option<Instant> {
-        (self.in_flight != 0 && self.alarm < Instant::MAX).then_some(self.alarm)
+        (self.in_flight != 0 && self.monitor.wake < Instant::MAX).then_some(self.monitor.wake)
     }
 
     /// Takes the oldest event of the record.
@@ -387,7 +394,6 @@ impl<C: Capacity> Empty for Scheduler<C> {
         task_count: 0,
         units: 0,
         releases: 0,
-        busy: 0,
         pools: <C::Pools<Pool<C>>>::EMPTY,
         lanes: <C::Lanes<Lane>>::EMPTY,
         jobs: <C::Jobs<Job<C>>>::EMPTY,

@@ -13,15 +13,17 @@ use crate::capacity::{Capacity, Empty};
 use crate::config::{Late, Shed};
 use crate::time::{Duration, Instant};
 
+/// The clock's unit: the first instant after another.
+const NEXT: Duration = Duration::from_nanos(1);
+
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Monitor {
     /// Next tick that can matter.
     tick_at: Instant,
+    /// When the host has to poll even if nothing happens.
+    pub(super) wake: Instant,
     /// Last tick that was looked at, plus one nanosecond; 0 before the first.
     looked_at: u64,
-    /// Busy lane time up to the current tick's start, and in the tick before it.
-    mark: u64,
-    busy: u64,
     /// Consecutive ticks with overload.
     pub(super) over: u8,
     /// Jobs whose worst case ends after their deadline.
@@ -30,7 +32,7 @@ pub(super) struct Monitor {
 
 impl Empty for Monitor {
     const EMPTY: Self =
-        Self { tick_at: Instant::ZERO, looked_at: 0, mark: 0, busy: 0, over: 0, behind: 0 };
+        Self { tick_at: Instant::ZERO, wake: Instant::ZERO, looked_at: 0, over: 0, behind: 0 };
 }
 
 impl<C: Capacity> Scheduler<C> {
@@ -45,18 +47,22 @@ impl<C: Capacity> Scheduler<C> {
         let start = Instant::from_nanos(now.as_nanos() / tick.as_nanos() * tick.as_nanos());
         let before = Instant::from_nanos(start.as_nanos().saturating_sub(tick.as_nanos()));
         // Nothing happened since the last event, so the lanes tell how busy they were up to any instant since.
-        let base = if before == self.window { self.monitor.mark } else { self.busy_until(before) };
-        self.monitor.mark = self.busy_until(start);
-        self.monitor.busy = self.monitor.mark.saturating_sub(base);
+        for pool in 0..usize::from(self.pool_count) {
+            let base = if before == self.window { self.pools[pool].mark } else { self.busy_until(pool, before) };
+            let mark = self.busy_until(pool, start);
+            self.pools[pool].mark = mark;
+            self.pools[pool].tick_busy = mark.saturating_sub(base);
+        }
         self.window = start;
         self.now = now;
         now
     }
 
-    /// Lane time used up to `instant`, which is not before the last event.
-    fn busy_until(&self, instant: Instant) -> u64 {
-        let lanes = (0..usize::from(self.lane_count)).map(|l| &self.lanes[l]);
-        self.busy + lanes.filter(|l| l.is_busy()).map(|l| instant.since(l.started).as_nanos()).sum::<u64>()
+    /// Lane time of a pool used up to `instant`, which is not before the last event.
+    fn busy_until(&self, pool: usize, instant: Instant) -> u64 {
+        let lanes = bits(self.pools[pool].lanes.into()).map(|l| &self.lanes[l]);
+        let running = lanes.filter(|l| l.is_busy()).map(|l| instant.since(l.started).as_nanos());
+        self.pools[pool].busy + running.sum::<u64>()
     }
 
     fn tick(&self) -> Duration {
@@ -73,6 +79,7 @@ impl<C: Capacity> Scheduler<C> {
     pub(super) fn watch(&mut self, slot: usize) {
         if self.in_flight.count_ones() == 1 {
             self.monitor.tick_at = Instant::MAX;
+            self.monitor.wake = Instant::MAX;
             self.alarm = Instant::MAX;
         }
         let tick = match self.config.shed {
@@ -82,7 +89,8 @@ impl<C: Capacity> Scheduler<C> {
             Shed::Hopeless => self.tick_after(self.jobs[slot].safe_until),
         };
         self.monitor.tick_at = self.monitor.tick_at.min(tick);
-        self.alarm = self.alarm.min(self.monitor.tick_at).min(self.look_at(slot));
+        self.monitor.wake = self.monitor.wake.min(self.monitor.tick_at).min(self.late_at(slot));
+        self.alarm = self.alarm.min(self.monitor.wake).min(self.look_at(slot));
     }
 
     /// The first tick after `instant` that was not looked at.
@@ -92,19 +100,21 @@ impl<C: Capacity> Scheduler<C> {
         Instant::from_nanos(next).max(self.next_tick())
     }
 
-    /// When a job has to be looked at, if nothing happens before.
+    /// From when on an event must look at a job. No event is made for it: while one of its nodes runs, the
+    /// instant moves along with the clock.
     fn look_at(&self, slot: usize) -> Instant {
-        const ONE: Duration = Duration::from_nanos(1);
-        let job = &self.jobs[slot];
-        let hopeless = match self.config.shed {
-            Shed::Hopeless => job.safe_until.saturating_add(ONE),
+        match self.config.shed {
+            Shed::Hopeless => self.jobs[slot].safe_until.saturating_add(NEXT),
             _ => Instant::MAX,
-        };
-        let late = match self.config.late {
-            Late::AbortJob => job.deadline.saturating_add(ONE),
+        }
+    }
+
+    /// When a job is given up for being late.
+    fn late_at(&self, slot: usize) -> Instant {
+        match self.config.late {
+            Late::AbortJob => self.jobs[slot].deadline.saturating_add(NEXT),
             Late::Continue => Instant::MAX,
-        };
-        hopeless.min(late)
+        }
     }
 
     /// Tick, sheds, and when to look again.
@@ -133,8 +143,10 @@ impl<C: Capacity> Scheduler<C> {
                 first.map_or(Instant::MAX, |safe| self.tick_after(safe))
             }
         };
-        let jobs = self.slots().map(|slot| self.look_at(slot)).min();
-        self.alarm = self.monitor.tick_at.min(jobs.unwrap_or(Instant::MAX));
+        let late = self.slots().map(|slot| self.late_at(slot)).min();
+        let look = self.slots().map(|slot| self.look_at(slot)).min();
+        self.monitor.wake = self.monitor.tick_at.min(late.unwrap_or(Instant::MAX));
+        self.alarm = self.monitor.wake.min(look.unwrap_or(Instant::MAX));
     }
 
     /// Brings the outlook of every job that needs it up to date; returns those that are lost for certain.
@@ -179,8 +191,10 @@ impl<C: Capacity> Scheduler<C> {
         let follows = self.monitor.looked_at == (self.window.as_nanos() + 1).wrapping_sub(tick.as_nanos());
         self.monitor.looked_at = self.window.as_nanos() + 1;
         let overload = self.config.overload;
-        let busy = Duration::from_nanos(self.monitor.busy);
-        let exceeded = overload.exceeded(self.ready_sub_jobs(), busy, tick, self.lane_count);
+        let exceeded = (0..usize::from(self.pool_count)).any(|pool| {
+            let p = &self.pools[pool];
+            overload.exceeded(self.queued_in(pool), Duration::from_nanos(p.tick_busy), tick, p.lanes.count_ones() as u8)
+        });
         let late = self.config.shed != Shed::Hopeless || self.slots().any(|s| self.jobs[s].behind);
         let before = if follows { self.monitor.over } else { 0 };
         self.monitor.over = if exceeded && late { before.saturating_add(1) } else { 0 };

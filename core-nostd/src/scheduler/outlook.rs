@@ -1,7 +1,7 @@
 //! How much of a job is left: longest remaining path, remaining work, the residual key.
 //!
 //! *Rule.* One reverse topological pass over nodes that are not done. A running node counts what is left of
-//! it; an encoder whose result is kept counts 0, one whose key is running what is left of that.
+//! it. In the best case an encoder whose result is kept counts 0, and one whose key is running ends with that.
 //! *Why the best case is a proof.* No schedule can end a job before now plus its longest path at best-case
 //! costs, so a job for which that is after the deadline is lost whatever is done.
 
@@ -39,39 +39,48 @@ impl<C: Capacity> Scheduler<C> {
             }
             let mut after = 0;
             version.successors[rank].each(|s| after = after.max(path[s]));
-            path[rank] = after.saturating_add(self.left_of(slot, rank, case));
-            longest = longest.max(path[rank]);
+            let (chained, alone) = self.left_of(slot, rank, case);
+            path[rank] = after.saturating_add(chained);
+            longest = longest.max(after.saturating_add(alone));
         }
         longest
     }
 
-    /// What is left of a rank that is not done, in nanoseconds.
-    fn left_of(&self, slot: usize, rank: usize, case: Case) -> u64 {
+    /// What is left of a rank that is not done, in nanoseconds: behind its predecessors, and from now on.
+    ///
+    /// They differ for an encoder whose key runs elsewhere: it ends when both its predecessors and that unit
+    /// have, so behind its predecessors it may cost nothing.
+    fn left_of(&self, slot: usize, rank: usize, case: Case) -> (u64, u64) {
         let whole = match case {
             Case::Best => self.best_case(slot, rank),
             Case::Worst => self.node(slot, rank).cost(),
         };
-        whole.saturating_sub(self.executed(slot, rank).map_or(0, Duration::as_nanos)) * u64::from(!self.is_kept(slot, rank))
+        if let Some(executed) = self.executed(slot, rank) {
+            let left = whole.saturating_sub(executed.as_nanos());
+            return (left, left);
+        }
+        match (case, self.output_of(slot, rank)) {
+            (Case::Best, Some(OutputState::Kept)) => (0, 0),
+            (Case::Best, Some(OutputState::Running(lane))) => {
+                (0, whole.saturating_sub(self.executed_on(usize::from(lane)).as_nanos()))
+            }
+            _ => (whole, whole),
+        }
     }
 
-    /// How long a rank, or the unit whose result it will take, has run. `None`: not at all.
+    /// How long a rank has run. `None`: not at all.
     fn executed(&self, slot: usize, rank: usize) -> Option<Duration> {
         let job = &self.jobs[slot];
         if job.running.contains(rank) {
             return Some(self.executed_on(usize::from(job.place[rank])));
         }
-        if self.config.frame_cache
-            && let Some(key) = self.frame_key(slot, rank)
-            && let Some((_, OutputState::Running(lane))) = self.find_output(key)
-        {
-            return Some(self.executed_on(usize::from(lane)));
-        }
         self.suspended_after(slot, rank)
     }
 
-    fn is_kept(&self, slot: usize, rank: usize) -> bool {
-        self.config.frame_cache
-            && self.frame_key(slot, rank).and_then(|key| self.find_output(key)).is_some_and(|(_, s)| s == OutputState::Kept)
+    /// The result that an encoder would take.
+    fn output_of(&self, slot: usize, rank: usize) -> Option<OutputState> {
+        let key = self.frame_key(slot, rank).filter(|_| self.config.frame_cache)?;
+        self.find_output(key).map(|(_, state)| state)
     }
 
     /// Longest path after a rank at WCET, in nanoseconds.
@@ -93,7 +102,7 @@ impl<C: Capacity> Scheduler<C> {
     /// Work that is left of a job at WCET, in nanoseconds.
     pub(super) fn remaining_work(&self, slot: usize) -> u64 {
         let undone = self.jobs[slot].undone(self.version(slot));
-        undone.iter().map(|rank| self.left_of(slot, rank, Case::Worst)).fold(0, u64::saturating_add)
+        undone.iter().map(|rank| self.left_of(slot, rank, Case::Worst).1).fold(0, u64::saturating_add)
     }
 
     /// Level share of the residual graph's first level, anchored at now: the key of every ready node.

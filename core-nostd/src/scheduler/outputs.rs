@@ -114,58 +114,44 @@ impl<C: Capacity> Scheduler<C> {
         let Some(skew) = self.config.merge_skew else { return };
         let pool = usize::from(self.lanes[lane].pool);
         let head = self.jobs[slot].release;
-        let sharing = |s: &usize| self.same_key(*s, pool, key).is_some();
-        let releases = self.slots().filter(sharing).map(|s| self.jobs[s].release);
-        let anchor = window_of(head, skew, releases);
+        let releases = self.slots().filter(|s| self.sharing(*s, pool, key).next().is_some());
+        let anchor = window_of(head, skew, releases.map(|s| self.jobs[s].release));
         let window = anchor..=anchor.saturating_add(skew);
         let mut unit = self.candidate(slot, rank);
-        for other in self.slots() {
-            if !window.contains(&self.jobs[other].release) {
-                continue;
+        // In dispatch order; each round looks at the next ready encoder after the last: at most jobs * nodes.
+        let mut last = None;
+        loop {
+            let this = &*self;
+            let ready = this.slots().filter(|s| window.contains(&this.jobs[*s].release));
+            let ready = ready.flat_map(|s| this.sharing(s, pool, key).map(move |r| (this.rank_key(s, r), r, s)));
+            let next = ready.filter(|c| last.is_none_or(|last| *c > last)).min();
+            let Some((_, r, other)) = next else { return };
+            last = next;
+            let grow = self.node(other, r).memory.0.saturating_sub(self.lanes[lane].memory);
+            let fits = !self.pools[pool].limited || self.pools[pool].used + grow <= self.pools[pool].budget;
+            let Some(both) = join(unit, self.candidate(other, r), self.now).filter(|_| fits) else { continue };
+            unit = both;
+            if self.pools[pool].limited {
+                self.lanes[lane].memory += grow;
+                self.pools[pool].used += grow;
             }
-            // Each round takes one encoder out of the job's ready set.
-            let mut refused = NodeSet::<C>::only(rank);
-            if other != slot {
-                refused.remove(rank);
-            }
-            while let Some(r) = self.same_key_except(other, pool, key, &refused) {
-                refused.insert(r);
-                let grow = self.node(other, r).memory.0.saturating_sub(self.lanes[lane].memory);
-                let fits = !self.pools[pool].limited || self.pools[pool].used + grow <= self.pools[pool].budget;
-                let Some(both) = join(unit, self.candidate(other, r), self.now).filter(|_| fits) else { continue };
-                unit = both;
-                if self.pools[pool].limited {
-                    self.lanes[lane].memory += grow;
-                    self.pools[pool].used += grow;
-                }
-                let job = &mut self.jobs[other];
-                job.ready.remove(r);
-                job.running.insert(r);
-                job.place[r] = lane as u8;
-                job.started = true;
-                self.lanes[lane].members |= 1 << other;
-                self.lanes[lane].merged = true;
-                self.note(EventKind::Started, other, r, lane);
-            }
+            let job = &mut self.jobs[other];
+            job.ready.remove(r);
+            job.running.insert(r);
+            job.place[r] = lane as u8;
+            job.started = true;
+            self.lanes[lane].members |= 1 << other;
+            self.lanes[lane].merged = true;
+            self.note(EventKind::Started, other, r, lane);
             self.requeue(other);
         }
     }
 
-    fn same_key(&self, slot: usize, pool: usize, key: FrameKey) -> Option<usize> {
-        self.same_key_except(slot, pool, key, &NodeSet::EMPTY)
-    }
-
-    /// First ready encoder of a job with this key in this pool that is not in `except`.
-    fn same_key_except(
-        &self,
-        slot: usize,
-        pool: usize,
-        key: FrameKey,
-        except: &NodeSet<C>,
-    ) -> Option<usize> {
+    /// Ready encoders of a job with this key in this pool.
+    fn sharing(&self, slot: usize, pool: usize, key: FrameKey) -> impl Iterator<Item = usize> + '_ {
         let version = self.version(slot);
-        let ready = version.encoders.and(&self.jobs[slot].ready).and(&version.in_pool[pool]).without(except);
-        ready.iter().find(|r| self.frame_key(slot, *r) == Some(key))
+        let ready = version.encoders.and(&self.jobs[slot].ready).and(&version.in_pool[pool]);
+        ready.iter().filter(move |r| self.frame_key(slot, *r) == Some(key))
     }
 
     fn candidate(&self, slot: usize, rank: usize) -> Candidate {

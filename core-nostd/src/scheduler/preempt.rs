@@ -60,6 +60,7 @@ impl<C: Capacity> Scheduler<C> {
         let job = &mut self.jobs[victim];
         job.running.remove(its_rank);
         job.ready.insert(its_rank);
+        job.place[its_rank] = 0;
         self.requeue(victim);
         Some(Action::Preempt(Dispatch { unit: l.unit, lane: LaneId::new(lane as u8) }))
     }

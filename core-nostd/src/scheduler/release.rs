@@ -4,7 +4,7 @@ use super::Scheduler;
 use super::event::EventKind;
 use super::jobs::Job;
 use crate::capacity::{Capacity, Empty};
-use crate::config::{BestCase, Gate};
+use crate::config::{BestCase, Gate, Reassign};
 use crate::id::{JobId, TaskId};
 use crate::policy::frame_cache::CaptureSource;
 use crate::ready_queue::Rank;
@@ -106,6 +106,9 @@ impl<C: Capacity> Scheduler<C> {
         if has_encoders {
             self.meet_outputs(slot);
         }
+        if self.config.residual() {
+            self.residual_key(slot);
+        }
         self.changed(slot);
         Ok(JobId::new(slot, generation))
     }
@@ -114,8 +117,10 @@ impl<C: Capacity> Scheduler<C> {
     #[inline(always)]
     pub(super) fn changed(&mut self, slot: usize) {
         if self.config.residual() {
-            self.stale_keys = true;
-            self.residual_key(slot);
+            match self.config.reassign {
+                Reassign::OnDispatch => self.stale_keys = true,
+                _ => self.residual_key(slot),
+            }
         }
         self.requeue(slot);
     }

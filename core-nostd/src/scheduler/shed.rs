@@ -5,6 +5,7 @@ use super::action::ShedReason;
 use crate::capacity::Capacity;
 use crate::config::Shed;
 use crate::policy::Urgency;
+use crate::time::Instant;
 use core::cmp::Reverse;
 
 impl<C: Capacity> Scheduler<C> {
@@ -20,46 +21,57 @@ impl<C: Capacity> Scheduler<C> {
     /// At most one round per job.
     fn drop_least_valuable(&mut self) {
         while self.slots().any(|s| self.jobs[s].behind) {
-            let droppable = |slot: &usize| {
-                let job = &self.jobs[*slot];
-                !job.started && self.tasks[usize::from(job.task)].floor.permits(job.index())
-            };
+            let droppable = |slot: &usize| !self.jobs[*slot].started && self.may_drop(*slot);
             let order = |slot: &usize| {
                 let job = &self.jobs[*slot];
                 let value = self.tasks[usize::from(job.task)].value;
                 (value, Reverse(self.remaining_work(*slot)), Reverse(job.release), Reverse(job.tie))
             };
             let Some(slot) = self.slots().filter(droppable).min_by_key(order) else { return };
-            let (task, index) = (usize::from(self.jobs[slot].task), self.jobs[slot].index());
-            self.tasks[task].floor.dropped(index);
-            self.end_job(slot, Some(ShedReason::Overload));
+            self.drop_by_choice(slot, ShedReason::Overload);
         }
     }
 
-    /// The paper's ProactiveDrop: jobs of queued sub-jobs, lowest urgency first, while the queue is longer than
-    /// Q_max, and at least one; then the ticks are counted from 0 again.
+    /// The paper's ProactiveDrop: the jobs of queued sub-jobs, lowest urgency first and last in dispatch order
+    /// among equals, while a queue is longer than Q_max, and at least one; then ticks are counted from 0 again.
     fn drop_least_urgent(&mut self) {
         self.monitor.over = 0;
+        // At most one round per job.
         loop {
-            let order = |slot: &usize| (self.urgency(*slot), Reverse(self.jobs[*slot].release), Reverse(self.jobs[*slot].tie));
-            let queued = self.slots().filter(|s| !self.jobs[*s].ready.is_empty());
-            let Some(slot) = queued.min_by_key(order) else { return };
-            self.end_job(slot, Some(ShedReason::Urgency));
-            if self.ready_sub_jobs() <= usize::from(self.config.overload.queue) {
+            let this = &*self;
+            let queued = this.slots().filter(|slot| this.may_drop(*slot)).flat_map(|slot| {
+                let key = move |rank| (this.urgency(slot, rank), Reverse((this.rank_key(slot, rank), rank)), slot);
+                this.jobs[slot].ready.iter().map(key)
+            });
+            let Some((_, _, slot)) = queued.min() else { return };
+            self.drop_by_choice(slot, ShedReason::Urgency);
+            let longest = (0..usize::from(self.pool_count)).map(|pool| self.queued_in(pool)).max();
+            if longest <= Some(usize::from(self.config.overload.queue)) {
                 return;
             }
         }
     }
 
-    /// Lowest urgency among a job's queued sub-jobs.
-    fn urgency(&self, slot: usize) -> Urgency {
+    /// Sub-jobs that are ready in a pool.
+    pub(super) fn queued_in(&self, pool: usize) -> usize {
+        self.slots().map(|s| self.jobs[s].ready.and(&self.version(s).in_pool[pool]).len()).sum()
+    }
+
+    /// Whether a job may be given up by choice.
+    fn may_drop(&self, slot: usize) -> bool {
+        let job = &self.jobs[slot];
+        self.tasks[usize::from(job.task)].floor.permits(job.index())
+    }
+
+    fn drop_by_choice(&mut self, slot: usize, reason: ShedReason) {
+        let (task, index) = (usize::from(self.jobs[slot].task), self.jobs[slot].index());
+        self.tasks[task].floor.dropped(index);
+        self.end_job(slot, Some(reason));
+    }
+
+    fn urgency(&self, slot: usize, rank: usize) -> Urgency {
         let (job, version) = (&self.jobs[slot], self.version(slot));
-        let elapsed = self.now.since(job.release);
-        let of = |rank| {
-            let due = job.key_of(version, rank, self.config.residual());
-            let due = crate::time::Instant::from_nanos(due.max(0).cast_unsigned());
-            Urgency::of(due.since(job.release), elapsed)
-        };
-        job.ready.iter().map(of).min().unwrap_or(Urgency::of(job.deadline.since(job.release), elapsed))
+        let due = job.key_of(version, rank, self.config.residual()).max(0).cast_unsigned();
+        Urgency::of(Instant::from_nanos(due).since(job.release), self.now.since(job.release))
     }
 }

@@ -96,6 +96,8 @@ pub(super) struct Task<C: Capacity> {
     pub(super) deadline: Duration,
     pub(super) period: Option<Duration>,
     pub(super) next_job: u64,
+    /// One more than the highest node place ever used.
+    pub(super) end: u16,
     /// Counts commits, so that an edit knows whether another came between.
     pub(super) revision: u32,
     pub(super) floor: Floor,
@@ -114,6 +116,7 @@ impl<C: Capacity> Empty for Task<C> {
         deadline: Duration::ZERO,
         period: None,
         next_job: 0,
+        end: 0,
         revision: 0,
         floor: Floor::EMPTY,
         versions: [Version::EMPTY; 2],
@@ -147,6 +150,8 @@ impl<C: Capacity> Scheduler<C> {
         task.deadline = timing.deadline;
         task.period = timing.period;
         task.next_job = 0;
+        task.end = 0;
+        task.revision = 0;
         task.floor = timing.floor;
         task.versions = [version, Version::EMPTY];
         task.install(dag);
@@ -262,6 +267,7 @@ impl<C: Capacity> Task<C> {
             }
             self.nodes[place] = node;
         }
+        self.end = self.end.max(dag.end());
         self.revision = self.revision.wrapping_add(1);
     }
 }

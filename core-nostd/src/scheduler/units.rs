@@ -157,6 +157,7 @@ impl<C: Capacity> Scheduler<C> {
         job.running.insert(rank);
         job.place[rank] = lane as u8;
         job.started = true;
+        self.stale_keys = true;
         if self.config.preempt {
             self.lanes[lane].carried = self.resume(slot, rank);
         }
@@ -168,6 +169,7 @@ impl<C: Capacity> Scheduler<C> {
         l.members = 1 << slot;
         l.slot = slot as u8;
         l.rank = rank as u8;
+        l.output = 0;
         self.pools[usize::from(l.pool)].free &= !(1 << lane);
         self.note(EventKind::Started, slot, rank, lane);
         crate::fmt::trace!("start {} on {}", unit, lane);
@@ -179,7 +181,7 @@ impl<C: Capacity> Scheduler<C> {
     pub(super) fn free(&mut self, lane: usize) {
         let l = &mut self.lanes[lane];
         let pool = usize::from(l.pool);
-        self.busy += self.now.since(l.started).as_nanos();
+        self.pools[pool].busy += self.now.since(l.started).as_nanos();
         l.unit = UnitId::EMPTY;
         self.pools[pool].free |= 1 << lane;
         self.active |= 1 << pool;

@@ -1,0 +1,78 @@
+//! The executors that ours is measured against. Each is a function from a [`Setup`] to a runner that executes
+//! the graph so many times; another executor joins by adding one such function to a list of contestants.
+
+pub(crate) mod cpp;
+pub(crate) mod edf;
+pub(crate) mod edf_spin;
+pub(crate) mod embassy;
+pub(crate) mod mutex_heap;
+pub(crate) mod rayon;
+
+use crate::graphs::{Body, Graph};
+use crate::machine::Machine;
+use crate::measure::{Entry, Runner, timed};
+use crate::not_run::NotRun;
+
+/// What an executor is built for.
+#[derive(Clone, Copy)]
+pub(crate) struct Setup<'a> {
+    pub(crate) graph: &'a Graph,
+    pub(crate) lanes: usize,
+    pub(crate) body: Body,
+    pub(crate) machine: &'static Machine,
+}
+
+/// An executor that takes part in a section.
+#[derive(Clone, Copy)]
+pub(crate) struct Contestant {
+    pub(crate) name: &'static str,
+    /// Whether the section's bound is about this one.
+    pub(crate) ours: bool,
+    pub(crate) build: fn(&Setup<'_>) -> Result<Runner, NotRun>,
+}
+
+impl Contestant {
+    const fn peer(name: &'static str, build: fn(&Setup<'_>) -> Result<Runner, NotRun>) -> Self {
+        Self { name, ours: false, build }
+    }
+
+    /// This contestant at the start line.
+    pub(crate) fn enter(&self, setup: &Setup<'_>) -> Entry {
+        let runner = setup.machine.has_lanes(setup.lanes).and_then(|()| (self.build)(setup));
+        Entry { name: self.name.to_owned(), ours: self.ours, runner }
+    }
+}
+
+/// The reference of the dispatch cost: embassy's executor in deadline order.
+pub(crate) const EMBASSY: &str = "embassy EDF";
+/// The reference of two lanes: the bodies of the best schedule, run back to back on one thread.
+pub(crate) const IDEAL: &str = "ideal";
+
+/// Executors of one lane, for the cost per node in time and in instructions.
+pub(crate) const ONE_LANE: &[Contestant] = &[
+    Contestant::peer(EMBASSY, embassy::build),
+    Contestant::peer("40-line EDF", edf::build),
+    Contestant::peer("mutex and heap", mutex_heap::build),
+    Contestant::peer("oneTBB lightweight", cpp::tbb),
+    Contestant::peer("Taskflow", cpp::taskflow),
+];
+
+/// Executors of two lanes.
+pub(crate) const TWO_LANES: &[Contestant] = &[
+    Contestant::peer(IDEAL, ideal),
+    Contestant::peer("40-line EDF, spin lock", edf_spin::build),
+    Contestant::peer("rayon", rayon::build),
+    Contestant::peer("Taskflow", cpp::taskflow),
+];
+
+/// Executors whose lane is another thread than the one that releases the frame.
+pub(crate) const RELEASED_FROM_OUTSIDE: &[Contestant] =
+    &[Contestant::peer("mutex and heap", mutex_heap::build), Contestant::peer("Taskflow", cpp::taskflow)];
+
+fn ideal(setup: &Setup<'_>) -> Result<Runner, NotRun> {
+    let (body, bodies) = (setup.body, setup.graph.makespan(setup.lanes));
+    Ok(timed(move |runs| (0..runs * bodies).for_each(|node| body.run(node))))
+}
+
+#[cfg(test)]
+mod tests;

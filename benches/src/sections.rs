@@ -1,0 +1,161 @@
+//! The sections of the bench: what is run against what, and the bound of each.
+
+use std::time::Duration;
+
+use crate::count;
+use crate::graphs::{Body, Graph};
+use crate::handoff;
+use crate::machine::Machine;
+use crate::measure::{Plan, Row, interleave};
+use crate::peers::{Contestant, EMBASSY, IDEAL, ONE_LANE, RELEASED_FROM_OUTSIDE, Setup, TWO_LANES};
+use crate::queue;
+use crate::table::{Must, Outcome, Table};
+use crate::timer;
+
+/// How and where to run.
+pub(crate) struct Bench {
+    pub(crate) machine: &'static Machine,
+    /// Fewer rounds: for a look, not for a claim.
+    pub(crate) quick: bool,
+}
+
+/// A section and the name by which it is asked for.
+pub(crate) type Section = (&'static str, fn(&Bench) -> Outcome);
+
+/// All sections, in the order in which they run.
+pub(crate) const SECTIONS: &[Section] = &[
+    ("dispatch", dispatch),
+    ("instructions", instructions),
+    ("lanes", lanes),
+    ("frame", frame),
+    ("handoff", handoff),
+    ("timer", timer),
+    ("queue", queue),
+];
+
+impl Bench {
+    fn rounds(&self) -> usize {
+        if self.quick { 11 } else { 51 }
+    }
+}
+
+fn field(contestants: &[Contestant], setup: &Setup<'_>, plan: &Plan) -> Vec<Row> {
+    interleave(contestants.iter().map(|contestant| contestant.enter(setup)).collect(), plan)
+}
+
+fn dispatch(bench: &Bench) -> Outcome {
+    let tables = Graph::all().into_iter().map(|graph| {
+        let setup = Setup { graph: &graph, lanes: 1, body: Body::EMPTY, machine: bench.machine };
+        let nodes = graph.nodes();
+        // Long samples, because a peer with a thread of its own pays a wake per sample, or per run.
+        let plan = Plan { rounds: bench.rounds(), samples: 3, runs: 16_384 / nodes, units: nodes };
+        Table {
+            title: format!("dispatch {}, one thread, empty bodies", graph.name),
+            unit: "ns/node",
+            reference: EMBASSY,
+            must: Some(Must::Ratio(1.0)),
+            rows: field(ONE_LANE, &setup, &plan),
+        }
+        .print()
+    });
+    tables.sum()
+}
+
+fn instructions(bench: &Bench) -> Outcome {
+    let runs = if bench.quick { 50 } else { 200 };
+    let tables = Graph::all().into_iter().map(|graph| {
+        let setup = Setup { graph: &graph, lanes: 1, body: Body::EMPTY, machine: bench.machine };
+        let row = |contestant: &Contestant| {
+            // Built here first: a helper that is compiled must not be compiled under callgrind.
+            let built = (contestant.build)(&setup).map(drop);
+            let counted = built.and_then(|()| count::instructions(contestant.name, &graph, runs));
+            let rounds = counted.map(|figure| vec![figure]);
+            Row { name: contestant.name.to_owned(), ours: contestant.ours, rounds }
+        };
+        Table {
+            title: format!("instructions {}, one thread, empty bodies", graph.name),
+            unit: "instructions/node",
+            reference: EMBASSY,
+            must: (graph.name == "layered256").then_some(Must::Figure(250.0)),
+            rows: ONE_LANE.iter().map(row).collect(),
+        }
+        .print()
+    });
+    tables.sum()
+}
+
+fn lanes(bench: &Bench) -> Outcome {
+    let body = Body::calibrated(2_000);
+    let tables = [("forkjoin64", 1.10), ("mimonet6", 1.12)].into_iter().filter_map(|(name, bound)| {
+        let graph = Graph::named(name)?;
+        let setup = Setup { graph: &graph, lanes: 2, body, machine: bench.machine };
+        let nodes = graph.nodes();
+        let plan = Plan { rounds: bench.rounds(), samples: 9, runs: 512 / nodes, units: nodes };
+        let table = Table {
+            title: format!("two lanes {name}, bodies of 2 us"),
+            unit: "ns/node",
+            reference: IDEAL,
+            must: Some(Must::RatioBelowPeers(bound)),
+            rows: field(TWO_LANES, &setup, &plan),
+        };
+        Some(table.print())
+    });
+    tables.sum()
+}
+
+fn frame(bench: &Bench) -> Outcome {
+    let Some(graph) = Graph::named("mimonet6") else { return Outcome::default() };
+    let setup = Setup { graph: &graph, lanes: 1, body: Body::EMPTY, machine: bench.machine };
+    let plan = Plan { rounds: bench.rounds(), samples: 101, runs: 1, units: 1 };
+    Table {
+        title: "one empty mimonet6 frame, released by another thread".to_owned(),
+        unit: "ns/frame",
+        reference: "mutex and heap",
+        must: Some(Must::Figure(2_000.0)),
+        rows: field(RELEASED_FROM_OUTSIDE, &setup, &plan),
+    }
+    .print()
+}
+
+fn handoff(bench: &Bench) -> Outcome {
+    let plan = Plan { rounds: bench.rounds(), samples: 101, runs: 16, units: 2 };
+    let entries = handoff::CONTESTANTS.iter().map(|contestant| contestant.enter(bench.machine)).collect();
+    Table {
+        title: "hand-off from lane to lane".to_owned(),
+        unit: "ns one way",
+        reference: handoff::BARE_FLAG,
+        must: Some(Must::Ratio(2.0)),
+        rows: interleave(entries, &plan),
+    }
+    .print()
+}
+
+fn timer(bench: &Bench) -> Outcome {
+    let duration = Duration::from_secs(if bench.quick { 3 } else { 30 });
+    let (medians, p99s) = timer::measure(bench.machine, duration);
+    let table = |figure, rows| Table {
+        title: format!("timed release at 1 kHz for {} s, {figure}", duration.as_secs()),
+        unit: "ns late",
+        reference: timer::CYCLICTEST,
+        must: Some(Must::Ratio(1.0)),
+        rows,
+    };
+    [table("median", medians).print(), table("p99", p99s).print()].into_iter().sum()
+}
+
+fn queue(bench: &Bench) -> Outcome {
+    let plan = Plan { rounds: bench.rounds(), samples: 21, runs: 1_000, units: 1 };
+    let table = |size, operation, entries| Table {
+        title: format!("ready queue of {size} entries, {operation}"),
+        unit: "ns",
+        reference: queue::ORX,
+        must: Some(Must::Ratio(1.0)),
+        rows: interleave(entries, &plan),
+    };
+    let tables = queue::SIZES.into_iter().flat_map(|size| {
+        let hold = queue::CONTESTANTS.iter().map(|queue| queue.enter((queue.hold)(size))).collect();
+        let rekey = queue::CONTESTANTS.iter().map(|queue| queue.enter((queue.rekey)(size))).collect();
+        [table(size, "pop and push", hold).print(), table(size, "re-key", rekey).print()]
+    });
+    tables.sum()
+}

@@ -1,0 +1,142 @@
+//! One plain table per measurement: figures, ratios, the bound and the verdict.
+
+use std::fmt;
+use std::iter::Sum;
+
+use crate::measure::{Row, median, ratio};
+
+/// What the product demands of our row.
+#[derive(Clone, Copy)]
+pub(crate) enum Must {
+    /// At most this many times the reference.
+    Ratio(f64),
+    /// At most this many times the reference, and below every other row.
+    RatioBelowPeers(f64),
+    /// At most this figure, in the unit of the table.
+    Figure(f64),
+}
+
+impl fmt::Display for Must {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Ratio(bound) => write!(out, "{bound:.2} x"),
+            Self::RatioBelowPeers(bound) => write!(out, "{bound:.2} x and below all"),
+            Self::Figure(bound) => write!(out, "{bound}"),
+        }
+    }
+}
+
+/// Rows to print under one title.
+pub(crate) struct Table<'a> {
+    pub(crate) title: String,
+    pub(crate) unit: &'a str,
+    /// Name of the row that the others are divided by.
+    pub(crate) reference: &'a str,
+    /// The bound of our rows; absent = the product names none here.
+    pub(crate) must: Option<Must>,
+    pub(crate) rows: Vec<Row>,
+}
+
+/// What the tables printed so far add up to.
+#[derive(Default, Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) struct Outcome {
+    /// Rows of ours above their bound.
+    pub(crate) above: usize,
+    /// Rows without figures that should have some.
+    pub(crate) missing: usize,
+}
+
+impl Sum for Outcome {
+    fn sum<I: Iterator<Item = Self>>(outcomes: I) -> Self {
+        outcomes.fold(Self::default(), |sum, next| Self {
+            above: sum.above + next.above,
+            missing: sum.missing + next.missing,
+        })
+    }
+}
+
+impl Table<'_> {
+    /// Prints the table to standard output.
+    pub(crate) fn print(&self) -> Outcome {
+        print!("{self}");
+        Outcome {
+            above: self.ours().filter(|row| self.within(row) == Some(false)).count(),
+            missing: self.rows.iter().filter(|row| row.rounds.as_ref().is_err_and(|why| why.fails())).count(),
+        }
+    }
+
+    fn ours(&self) -> impl Iterator<Item = &Row> {
+        self.rows.iter().filter(|row| row.ours)
+    }
+
+    fn over_reference(&self, row: &Row) -> Option<f64> {
+        ratio(row, self.rows.iter().find(|row| row.name == self.reference)?)
+    }
+
+    /// Whether `row` keeps the bound; `None` where the figures do not tell.
+    fn within(&self, row: &Row) -> Option<bool> {
+        match self.must? {
+            Must::Ratio(bound) => Some(self.over_reference(row)? <= bound),
+            Must::Figure(bound) => Some(median(row.rounds.clone().ok()?)? <= bound),
+            Must::RatioBelowPeers(bound) => {
+                let peers = self.rows.iter().filter(|peer| !peer.ours && peer.name != self.reference);
+                let below_all = peers.filter_map(|peer| ratio(row, peer)).all(|times| times < 1.0);
+                Some(self.over_reference(row)? <= bound && below_all)
+            }
+        }
+    }
+}
+
+impl fmt::Display for Table<'_> {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let over = format!("x {}", self.reference);
+        let width = self.rows.iter().map(|row| row.name.len()).max().unwrap_or(0).max(12);
+        let wide = over.len().max(9);
+        let must = self.must.map_or_else(|| "-".to_owned(), |must| must.to_string());
+        writeln!(out, "\n{}, {} (ours must: {must})", self.title, self.unit)?;
+        writeln!(
+            out,
+            "  {:width$} {:>10} {:>10} {:>10}  {over:>wide$}  {:>9}  {:>7}  verdict",
+            "", "min", "median", "max", "ours/this", "must"
+        )?;
+        for row in &self.rows {
+            write!(out, "  {:width$} ", row.name)?;
+            let figures = match &row.rounds {
+                Ok(figures) => figures,
+                Err(reason) => {
+                    writeln!(out, "{reason}")?;
+                    continue;
+                }
+            };
+            let min = figures.iter().copied().reduce(f64::min);
+            let max = figures.iter().copied().reduce(f64::max);
+            let ours = self.ours().next().and_then(|ours| ratio(ours, row));
+            write!(
+                out,
+                "{:>10} {:>10} {:>10}  {:>wide$}  {:>9}",
+                cell(min, 1),
+                cell(median(figures.clone()), 1),
+                cell(max, 1),
+                cell(self.over_reference(row), 2),
+                cell(ours, 2)
+            )?;
+            if row.ours {
+                let verdict = match self.within(row) {
+                    Some(true) => "ok",
+                    Some(false) => "ABOVE",
+                    None => "-",
+                };
+                write!(out, "  {must:>7}  {verdict}")?;
+            }
+            writeln!(out)?;
+        }
+        Ok(())
+    }
+}
+
+fn cell(value: Option<f64>, decimals: usize) -> String {
+    value.map_or_else(|| "-".to_owned(), |value| format!("{value:.decimals$}"))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,413 @@
+//! The host loop: events of one instant in their order, then dispatch, then the next instant.
+
+use crate::Lab;
+use crate::execution::Execution;
+use crate::report::{PoolMetrics, Report, Row, Shed};
+use red_core::{
+    Action, BestCase, CommitError, Config, Dispatch, Empty, Event, EventKind, Instant, JobId, NodeId, Outcome,
+    ReleaseError, Scheduler, ShedReason, TaskId, UnitId,
+};
+use red_workload::build::{self, BuildError, Change, Numbered, Plan};
+use red_workload::metrics::{TaskLog, summarise};
+use red_workload::model::{Arrival, Part, SyncGrid, Work, Workload};
+use red_workload::policy::Policy;
+use std::collections::{BTreeMap, HashMap, VecDeque};
+use std::fmt;
+
+/// What to simulate.
+#[derive(Clone, Copy, Debug)]
+pub struct Options {
+    /// Policy.
+    pub policy: Policy,
+    /// Simulated time.
+    pub horizon_ns: u64,
+    /// Seed of the execution times.
+    pub seed: u64,
+    /// Execution-time model.
+    pub execution: Execution,
+    /// Whether waiting nodes of a smaller key take lanes from running ones.
+    pub preempt: bool,
+    /// Whether to list every sub-job and every shed.
+    pub schedule: bool,
+}
+
+/// A workload could not be simulated.
+#[derive(Debug)]
+pub enum SimError {
+    /// It does not fit the executive.
+    Build(BuildError),
+}
+
+impl fmt::Display for SimError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Build(e) => e.fmt(f),
+        }
+    }
+}
+
+impl std::error::Error for SimError {}
+
+/// Simulates a workload.
+///
+/// # Errors
+/// [`SimError`]; files that `red_workload` accepted fail only on the number of sensor periods.
+pub fn simulate(workload: &Workload, options: &Options) -> Result<Report, SimError> {
+    let mut host = Host::new(workload, options).map_err(SimError::Build)?;
+    host.run();
+    Ok(host.report())
+}
+
+/// A unit that runs.
+struct Running {
+    unit: UnitId,
+    started: u64,
+    due: Instant,
+}
+
+struct Host<'a> {
+    workload: &'a Workload,
+    options: &'a Options,
+    horizon: Instant,
+    scheduler: Box<Scheduler<Lab>>,
+    tasks: Vec<TaskId>,
+    nodes: Vec<Vec<Numbered>>,
+    /// Changes to come, and those that wait for a version to drain.
+    changes: VecDeque<Change>,
+    waiting: VecDeque<Change>,
+    /// Next release of each task.
+    next_release: Vec<Option<u64>>,
+    /// By (finish, lane): pools' lanes are numbered in file order.
+    running: BTreeMap<(u64, usize), Running>,
+    /// What is left of preempted sub-jobs.
+    suspended: HashMap<(JobId, NodeId), u64>,
+    barrier: Option<SyncGrid>,
+    dispatch_at: Option<u64>,
+    logs: Vec<TaskLog>,
+    rows: Vec<Row>,
+    sheds: Vec<Shed>,
+    busy: Vec<u64>,
+    nodes_missed: u64,
+    /// First lane of each pool.
+    first_lane: Vec<usize>,
+}
+
+impl<'a> Host<'a> {
+    fn new(workload: &'a Workload, options: &'a Options) -> Result<Self, BuildError> {
+        let mut scheduler: Box<Scheduler<Lab>> = Box::new(Scheduler::EMPTY);
+        let timed = with_best_cases(workload, options.execution);
+        let config =
+            Config { preempt: options.preempt, best_case: BestCase::Declared, ..options.policy.config() };
+        let (plan, tasks): (Plan<Lab>, _) = build::admit(&mut scheduler, &timed, config)?;
+        let mut first_lane = Vec::new();
+        let mut lanes = 0;
+        for pool in &workload.pools {
+            first_lane.push(lanes);
+            lanes += pool.lanes as usize;
+        }
+        Ok(Self {
+            workload,
+            options,
+            horizon: Instant::from_nanos(options.horizon_ns),
+            scheduler,
+            tasks,
+            nodes: plan.nodes,
+            changes: plan.changes.into(),
+            waiting: VecDeque::new(),
+            next_release: workload.tasks.iter().map(|t| Some(t.offset_ns)).collect(),
+            running: BTreeMap::new(),
+            suspended: HashMap::new(),
+            barrier: workload.sync.filter(|_| options.policy.has_barrier()),
+            dispatch_at: None,
+            logs: vec![TaskLog::default(); workload.tasks.len()],
+            rows: Vec::new(),
+            sheds: Vec::new(),
+            busy: vec![0; workload.pools.len()],
+            nodes_missed: 0,
+            first_lane,
+        })
+    }
+
+    fn run(&mut self) {
+        while let Some(now) = self.next_instant().filter(|t| *t < self.horizon) {
+            self.complete_due(now);
+            self.change_due(now);
+            self.release_due(now);
+            if self.may_dispatch(now) {
+                self.dispatch(now);
+            }
+        }
+        for running in std::mem::take(&mut self.running).into_values() {
+            self.occupied(&running, self.horizon.as_nanos());
+        }
+    }
+
+    fn next_instant(&self) -> Option<Instant> {
+        let release = self.next_release.iter().flatten().min().copied();
+        let completion = self.running.first_key_value().map(|((finish, _), _)| *finish);
+        let change = self.changes.front().map(|c| c.at.as_nanos());
+        let poll = if self.barrier.is_some() { None } else { self.scheduler.poll_at().map(Instant::as_nanos) };
+        [release, completion, change, poll, self.dispatch_at].into_iter().flatten().min().map(Instant::from_nanos)
+    }
+
+    fn complete_due(&mut self, now: Instant) {
+        while let Some(((finish, lane), _)) = self.running.first_key_value()
+            && *finish == now.as_nanos()
+        {
+            let key = (*finish, *lane);
+            if let Some(done) = self.running.remove(&key) {
+                self.occupied(&done, now.as_nanos());
+                if now > done.due {
+                    self.nodes_missed += self.scheduler.members(done.unit).count() as u64;
+                }
+                // `Late` is the end of a unit whose jobs were given up: its lane is free again.
+                let _lane_is_free = self.scheduler.complete(done.unit, now);
+                self.note_events();
+            }
+        }
+        self.take_outcomes();
+    }
+
+    fn change_due(&mut self, now: Instant) {
+        while self.changes.front().is_some_and(|c| c.at <= now) {
+            self.waiting.extend(self.changes.pop_front());
+        }
+        // Changes of one task stay in their order; a busy one holds back only later ones of its own task.
+        let mut busy = vec![false; self.tasks.len()];
+        let waiting = std::mem::take(&mut self.waiting);
+        for change in waiting {
+            let task = change.task;
+            if !busy[task] {
+                let applied = build::apply(&mut self.scheduler, &change, self.tasks[task], now);
+                debug_assert!(matches!(applied, Ok(()) | Err(CommitError::Busy)), "a checked file's edits apply: {applied:?}");
+                busy[task] = applied.is_err();
+            }
+            if busy[task] {
+                self.waiting.push_back(change);
+            }
+        }
+        self.note_events();
+    }
+
+    fn release_due(&mut self, now: Instant) {
+        for (i, task) in self.workload.tasks.iter().enumerate() {
+            if self.next_release[i] != Some(now.as_nanos()) {
+                continue;
+            }
+            let deadline = now.as_nanos().saturating_add(task.deadline_ns);
+            match self.scheduler.release(self.tasks[i], now) {
+                Ok(_) => self.logs[i].released(now.as_nanos(), deadline),
+                Err(ReleaseError::Full) => {
+                    let job = self.logs[i].jobs().len() as u64;
+                    self.logs[i].refused(now.as_nanos(), deadline);
+                    self.shed(i, job, now.as_nanos(), ShedReason::Full);
+                }
+                // Beyond the end of time: no release of this task comes any more.
+                Err(_) => {
+                    self.next_release[i] = None;
+                    continue;
+                }
+            }
+            self.next_release[i] = match task.arrival {
+                Arrival::Periodic { period_ns: t } | Arrival::Sporadic { min_interarrival_ns: t } => {
+                    now.as_nanos().checked_add(t)
+                }
+                Arrival::Once => None,
+            };
+        }
+        self.note_events();
+    }
+
+    /// Under a barrier grid: whether this instant is one of dispatch. Events in between ask for the next one.
+    fn may_dispatch(&mut self, now: Instant) -> bool {
+        let Some(grid) = self.barrier else { return true };
+        if self.dispatch_at == Some(now.as_nanos()) {
+            self.dispatch_at = None;
+            return true;
+        }
+        if self.dispatch_at.is_none() && self.scheduler.can_dispatch() {
+            self.dispatch_at = now.as_nanos().div_ceil(grid.grid_ns).saturating_mul(grid.grid_ns).checked_add(grid.cost_ns);
+        }
+        false
+    }
+
+    fn dispatch(&mut self, now: Instant) {
+        while let Some(action) = self.scheduler.poll(now) {
+            match action {
+                Action::Dispatch(started) => self.start(started, now),
+                Action::Preempt(stopped) => self.stop(stopped, now),
+                Action::Ended(outcome) => self.ended(&outcome),
+                _ => {}
+            }
+        }
+        self.note_events();
+    }
+
+    fn start(&mut self, started: Dispatch, now: Instant) {
+        let Some(unit) = self.scheduler.unit(started.unit) else { return };
+        let cost = self.suspended.remove(&(unit.first.job, unit.first.node)).unwrap_or_else(|| {
+            let draw = |m: red_core::Member| {
+                let task = m.task.index();
+                self.options.execution.draw(self.options.seed, task, m.index, &self.nodes[task][m.node.index()])
+            };
+            self.scheduler.members(started.unit).map(draw).max().unwrap_or(0)
+        });
+        let finish = now.as_nanos().saturating_add(cost);
+        let running = Running { unit: started.unit, started: now.as_nanos(), due: unit.sub_deadline };
+        self.running.insert((finish, started.lane.index()), running);
+        self.note_rows(finish);
+    }
+
+    fn stop(&mut self, stopped: Dispatch, now: Instant) {
+        let lane = stopped.lane.index();
+        let key = self.running.iter().find(|((_, l), _)| *l == lane).map(|(key, _)| *key);
+        if let Some(running) = key.and_then(|key| self.running.remove(&key)) {
+            self.occupied(&running, now.as_nanos());
+            let left = key.map_or(0, |(finish, _)| finish - now.as_nanos());
+            // The row of the sub-job that lost its lane ends here; it gets another when it goes on.
+            self.note_preempted(now.as_nanos(), left);
+        }
+    }
+
+    fn occupied(&mut self, running: &Running, until: u64) {
+        let lane = running.unit.lane().index();
+        let pool = self.pool_of(lane);
+        self.busy[pool] += until - running.started;
+    }
+
+    fn pool_of(&self, lane: usize) -> usize {
+        self.first_lane.partition_point(|first| *first <= lane) - 1
+    }
+
+    fn take_outcomes(&mut self) {
+        while let Some(outcome) = self.scheduler.take_outcome() {
+            self.ended(&outcome);
+        }
+    }
+
+    fn ended(&mut self, outcome: &Outcome) {
+        let task = outcome.task.index();
+        self.logs[task].ended(outcome);
+        if let Some(reason) = outcome.shed {
+            self.shed(task, outcome.index, outcome.at.as_nanos(), reason);
+        }
+    }
+
+    fn shed(&mut self, task: usize, job: u64, at_ns: u64, reason: ShedReason) {
+        if self.options.schedule {
+            let task = self.workload.tasks[task].name.clone();
+            self.sheds.push(Shed { task, job, at_ns, reason: reason.name() });
+        }
+    }
+
+    /// Hits outside of a dispatch; everything else is told by actions.
+    fn note_events(&mut self) {
+        while let Some(event) = self.scheduler.take_event() {
+            if event.kind == EventKind::Hit {
+                self.row(&event, None, event.at.as_nanos());
+            }
+        }
+    }
+
+    /// Members of the unit that just started, and hits that its start allowed.
+    fn note_rows(&mut self, finish: u64) {
+        while let Some(event) = self.scheduler.take_event() {
+            match event.kind {
+                EventKind::Started => self.row(&event, Some(event.lane.index()), finish),
+                EventKind::Hit => self.row(&event, None, event.at.as_nanos()),
+                _ => {}
+            }
+        }
+    }
+
+    fn note_preempted(&mut self, now: u64, left: u64) {
+        while let Some(event) = self.scheduler.take_event() {
+            if event.kind != EventKind::Preempted {
+                continue;
+            }
+            let (task, node) = (event.task.index(), event.node.index());
+            let names = (&self.workload.tasks[task].name, &self.nodes[task][node].name);
+            let row = self.rows.iter_mut().rev().find(|r| r.job == event.job && (&r.task, &r.node) == names);
+            if let Some(row) = row {
+                row.finish_ns = now;
+            }
+            if let Some(job) = self.scheduler.job_id(event.task, event.job) {
+                self.suspended.insert((job, event.node), left);
+            }
+        }
+    }
+
+    fn row(&mut self, event: &Event, lane: Option<usize>, finish_ns: u64) {
+        if !self.options.schedule {
+            return;
+        }
+        let (task, node) = (event.task.index(), event.node.index());
+        let node = &self.nodes[task][node];
+        let pool = lane.map_or_else(|| pool_of_node(node), |lane| self.pool_of(lane));
+        let first = self.first_lane[pool];
+        self.rows.push(Row {
+            task: self.workload.tasks[task].name.clone(),
+            job: event.job,
+            node: node.name.clone(),
+            pool: self.workload.pools[pool].name.clone(),
+            lane: lane.map(|lane| u32::try_from(lane - first).unwrap_or(u32::MAX)),
+            start_ns: event.at.as_nanos(),
+            finish_ns,
+        });
+    }
+
+    fn report(mut self) -> Report {
+        // By what is printed: (start, pool, lane, task, job, node), hits before lane 0.
+        let mut rows = std::mem::take(&mut self.rows);
+        rows.sort_by(|a, b| {
+            let key = |r: &Row| (r.start_ns, r.lane, r.job);
+            let ((start_a, lane_a, job_a), (start_b, lane_b, job_b)) = (key(a), key(b));
+            let first = start_a.cmp(&start_b).then_with(|| a.pool.cmp(&b.pool)).then(lane_a.cmp(&lane_b));
+            first.then_with(|| a.task.cmp(&b.task)).then(job_a.cmp(&job_b)).then_with(|| a.node.cmp(&b.node))
+        });
+        let named = self.workload.tasks.iter().zip(&self.logs);
+        let pools = self.workload.pools.iter().zip(&self.busy);
+        let counters = self.scheduler.counters();
+        Report {
+            policy: self.options.policy.name(),
+            seed: self.options.seed,
+            horizon_ns: self.options.horizon_ns,
+            tasks: named.map(|(task, log)| summarise(&task.name, log, self.horizon)).collect(),
+            nodes_missed: self.nodes_missed,
+            units_dispatched: counters.units,
+            encoder_runs_saved: counters.encoder_runs_saved,
+            pools: pools
+                .map(|(p, busy)| PoolMetrics { name: p.name.clone(), lanes: p.lanes, busy_ns: *busy })
+                .collect(),
+            schedule: self.options.schedule.then_some(rows),
+            sheds: self.options.schedule.then_some(self.sheds),
+        }
+    }
+}
+
+/// Pool of a node by the file, for rows without a lane.
+fn pool_of_node(node: &Numbered) -> usize {
+    match &node.role {
+        build::Role::Plain(part) | build::Role::Encoder(part) | build::Role::Decoder { part, .. } => part.pool,
+        build::Role::Coarse(stage) => stage.encoder.pool,
+    }
+}
+
+/// The workload with the best cases that the execution-time model can give.
+fn with_best_cases(workload: &Workload, execution: Execution) -> Workload {
+    let mut timed = workload.clone();
+    let set = |part: &mut Part| part.bcet_ns = execution.best_case(part.wcet_ns);
+    let of_tasks = timed.tasks.iter_mut().flat_map(|t| &mut t.nodes);
+    let of_events = timed.events.iter_mut().flat_map(|e| &mut e.add);
+    for node in of_tasks.chain(of_events) {
+        match &mut node.work {
+            Work::Plain(part) => set(part),
+            Work::Stage(stage) => {
+                set(&mut stage.encoder);
+                stage.decoders.iter_mut().for_each(|(_, part)| set(part));
+            }
+        }
+    }
+    timed
+}
+

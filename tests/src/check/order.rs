@@ -1,0 +1,152 @@
+//! No lane idles while a node waits for it, and nodes start in key order.
+
+use super::ensure;
+use super::jobs::{Facts, JobFacts};
+use super::lanes::{Unit, describe, units};
+use crate::graph::Role;
+use crate::oracle::Policy;
+use crate::plan::{level_offsets, level_sums};
+
+/// Key, release, task, job index, node index.
+type Order = (i128, u64, usize, u64, usize);
+
+/// A node between the instant it became ready and the instant it started, or would not any more.
+struct Wait {
+    pool: usize,
+    from: u64,
+    to: u64,
+    job: usize,
+    node: usize,
+    order: Order,
+}
+
+pub(super) fn check(facts: &Facts<'_>) -> Result<(), String> {
+    let waits_for_grid = facts.workload.sync.is_some() && facts.policy.waits_for_grid();
+    if facts.may_evict() || waits_for_grid {
+        return Ok(());
+    }
+    let units = units(facts);
+    let keys: Vec<Vec<i128>> = facts.jobs.iter().map(|job| keys(facts, job)).collect();
+    let waits = waits(facts, &keys);
+    for pool in 0..facts.workload.pools.len() {
+        if facts.workload.pools[pool].memory_bytes.is_some() {
+            continue;
+        }
+        let here: Vec<&Wait> = waits.iter().filter(|wait| wait.pool == pool).collect();
+        idle_lanes(facts, pool, &units, &here)?;
+        // Re-assigned keys do not show in the rows.
+        if !facts.policy.reassigns() {
+            starts_in_order(facts, pool, &units, &keys, &here)?;
+        }
+    }
+    Ok(())
+}
+
+fn waits(facts: &Facts<'_>, keys: &[Vec<i128>]) -> Vec<Wait> {
+    let mut waits = Vec::new();
+    for (index, (job, keys)) in facts.jobs.iter().zip(keys).enumerate() {
+        for (node, &key) in keys.iter().enumerate() {
+            let Some(from) = job.ready(node, facts.policy.gates_levels()) else { continue };
+            let start = job.runs[node].first().map_or(facts.horizon, |run| run.start);
+            let to = job.shed.map_or(start, |(at, _)| start.min(at));
+            let pool = job.graph.nodes[node].pool;
+            waits.push(Wait { pool, from, to, job: index, node, order: order(job, node, key) });
+        }
+    }
+    waits
+}
+
+/// Spans in which a lane of the pool is free, cut where an encoder of any pool starts or ends.
+fn idle_spans(facts: &Facts<'_>, pool: usize, units: &[Unit]) -> Vec<(u64, u64)> {
+    let here: Vec<&Unit> = units.iter().filter(|unit| unit.pool == pool).collect();
+    let cuts = units.iter().filter(|unit| unit.pool == pool || unit.key.is_some());
+    let mut instants: Vec<u64> = cuts.flat_map(|unit| [unit.run.start, unit.run.finish]).collect();
+    instants.extend([0, facts.horizon]);
+    instants.retain(|&instant| instant <= facts.horizon);
+    instants.sort_unstable();
+    instants.dedup();
+    let lanes = facts.workload.pools[pool].lanes as usize;
+    let busy = |now: u64| here.iter().filter(|unit| unit.run.start <= now && now < unit.run.finish).count();
+    let spans = instants.windows(2).map(|pair| (pair[0], pair[1]));
+    spans.filter(|&(from, _)| busy(from) < lanes).collect()
+}
+
+fn idle_lanes(facts: &Facts<'_>, pool: usize, units: &[Unit], waits: &[&Wait]) -> Result<(), String> {
+    for (from, to) in idle_spans(facts, pool, units) {
+        for wait in waits.iter().filter(|wait| from.max(wait.from) < to.min(wait.to)) {
+            let job = &facts.jobs[wait.job];
+            ensure(awaits_key(facts, units, wait, from.max(wait.from)), || {
+                let node = &job.graph.nodes[wait.node].name;
+                format!("{node} of {} waits while a lane idles in {from}..{to}", facts.name(job))
+            })?;
+        }
+    }
+    Ok(())
+}
+
+/// Whether the encoder waits for a running one of its frame.
+fn awaits_key(facts: &Facts<'_>, units: &[Unit], wait: &Wait, now: u64) -> bool {
+    let job = &facts.jobs[wait.job];
+    if !facts.policy.caches() || job.graph.nodes[wait.node].role != Role::Encoder {
+        return false;
+    }
+    let key = facts.frame(job, wait.node);
+    units.iter().any(|unit| unit.key == key && unit.run.start <= now && now < unit.run.finish)
+}
+
+fn starts_in_order(
+    facts: &Facts<'_>,
+    pool: usize,
+    units: &[Unit],
+    keys: &[Vec<i128>],
+    waits: &[&Wait],
+) -> Result<(), String> {
+    for unit in units.iter().filter(|unit| unit.pool == pool) {
+        let now = unit.run.start;
+        let member = |&(job, node): &(usize, usize)| order(&facts.jobs[job], node, keys[job][node]);
+        let Some(first) = unit.members.iter().map(member).min() else { continue };
+        for wait in waits.iter().filter(|wait| wait.order < first && wait.to > now) {
+            let ready = wait.from < now || wait.from == now && !late_in_instant(facts, wait);
+            ensure(!ready || awaits_key(facts, units, wait, now), || {
+                let job = &facts.jobs[wait.job];
+                let node = &job.graph.nodes[wait.node].name;
+                format!(
+                    "{} starts before {node} of {}, whose key is smaller",
+                    describe(facts, unit),
+                    facts.name(job)
+                )
+            })?;
+        }
+    }
+    Ok(())
+}
+
+/// Whether the node became ready through something that took no time at that instant, so that lanes may have
+/// been filled before.
+fn late_in_instant(facts: &Facts<'_>, wait: &Wait) -> bool {
+    let job = &facts.jobs[wait.job];
+    let mut runs = job.runs.iter().flatten();
+    runs.any(|run| run.start == wait.from && run.finish == wait.from)
+}
+
+fn order(job: &JobFacts, node: usize, key: i128) -> Order {
+    (key, job.release, job.task, job.index, node)
+}
+
+/// Keys at release, on the time axis.
+fn keys(facts: &Facts<'_>, job: &JobFacts) -> Vec<i128> {
+    let deadline = facts.workload.tasks[job.task].deadline_ns;
+    let due = i128::from(job.release) + i128::from(deadline);
+    let costs = job.graph.costs();
+    match facts.policy {
+        Policy::Edf => vec![due; costs.len()],
+        Policy::RedFg | Policy::RedIda | Policy::Red => {
+            let ends = level_offsets(&level_sums(&job.heights, &costs), deadline);
+            job.heights.iter().map(|&height| i128::from(job.release) + i128::from(ends[height])).collect()
+        }
+        Policy::Redrt => {
+            let tails = job.graph.tails(&costs);
+            (0..costs.len()).map(|v| due - i128::from(tails[v]) - i128::from(costs[v])).collect()
+        }
+    }
+}

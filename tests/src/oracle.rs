@@ -1,0 +1,241 @@
+//! A slow reference scheduler: the specification's rules, recomputed from scratch at every step, each node
+//! executing for exactly its WCET.
+//!
+//! Nothing here is fast or clever. Ready nodes are found by looking at every node of every job, queues are
+//! sorted on every pick, levels and paths are recomputed whenever they are asked for.
+#![doc = include_str!("oracle/READINGS.md")]
+
+mod cache;
+mod dispatch;
+mod job;
+mod keys;
+mod outcome;
+mod releases;
+mod shed;
+
+use red_workload::model::Workload;
+
+pub use outcome::{Outcome, Reason, Row, ShedRow, TaskOutcome};
+
+use job::{FrameKey, Job, SubId};
+use releases::TaskState;
+
+/// The five named configurations.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Policy {
+    /// Whole stages, end-to-end deadlines.
+    Edf,
+    /// Refined stages, level shares, level gate.
+    RedFg,
+    /// `RedFg`, re-assigned at each dispatch.
+    RedIda,
+    /// `RedIda` with merging, precedence gate and the paper's overload rule.
+    Red,
+    /// Latest start, merging, frame cache, hopeless jobs aborted.
+    Redrt,
+}
+
+impl Policy {
+    /// All five, in the order of the paper's table.
+    pub const ALL: [Self; 5] = [Self::Edf, Self::RedFg, Self::RedIda, Self::Red, Self::Redrt];
+
+    /// Whether stages become encoder and decoders.
+    pub fn refines(self) -> bool {
+        self != Self::Edf
+    }
+
+    /// Whether a node waits for every node of every lower level of its job.
+    pub fn gates_levels(self) -> bool {
+        matches!(self, Self::RedFg | Self::RedIda)
+    }
+
+    /// Whether sub-deadlines are re-assigned at each dispatch.
+    pub fn reassigns(self) -> bool {
+        matches!(self, Self::RedIda | Self::Red)
+    }
+
+    /// Whether ready encoders of one key form a unit.
+    pub fn merges(self) -> bool {
+        matches!(self, Self::Red | Self::Redrt)
+    }
+
+    /// Whether encoder outputs are kept for later stages.
+    pub fn caches(self) -> bool {
+        self == Self::Redrt
+    }
+
+    /// Whether the overload monitor ticks.
+    pub fn monitors(self) -> bool {
+        matches!(self, Self::Red | Self::Redrt)
+    }
+
+    /// Whether the periodic barrier of the workload holds dispatches.
+    pub fn waits_for_grid(self) -> bool {
+        matches!(self, Self::Edf | Self::RedFg | Self::RedIda)
+    }
+}
+
+/// Monitor tick, from instant 0.
+pub const TICK_NS: u64 = 5_000_000;
+/// Ticks of overload before anything is dropped.
+pub const OVERLOAD_TICKS: u32 = 3;
+/// Queue length above which a tick may count.
+pub const QUEUE_MAX: usize = 8;
+/// Utilisation above which a tick may count, in millionths.
+pub const UTILISATION_PPM: u128 = 900_000;
+/// Widest spread of the releases within a merged unit.
+pub const MERGE_WINDOW_NS: u64 = 100_000_000;
+/// Jobs in flight beyond which a release is shed.
+pub const JOBS_IN_FLIGHT: usize = 64;
+
+/// Simulates `workload` over [0, `horizon_ns`) under `policy`, without preemption.
+///
+/// # Panics
+///
+/// If the workload breaks a rule that its parser enforces: a cycle, a pool without lanes, a period of zero.
+pub fn simulate(workload: &Workload, policy: Policy, horizon_ns: u64) -> Outcome {
+    let mut sim = Sim::new(workload, policy, horizon_ns);
+    while let Some(now) = sim.next_instant().filter(|&now| now < horizon_ns) {
+        sim.step(now);
+    }
+    sim.into_outcome()
+}
+
+/// Something that holds a lane: one sub-job, or encoders merged.
+struct Unit {
+    pool: usize,
+    lane: u32,
+    finish: u64,
+    memory: u64,
+    /// Set where the unit is an encoder.
+    key: Option<FrameKey>,
+    members: Vec<SubId>,
+}
+
+/// An encoder output that is kept.
+struct Cached {
+    key: FrameKey,
+    pool: usize,
+    memory: u64,
+}
+
+struct Sim<'a> {
+    workload: &'a Workload,
+    policy: Policy,
+    horizon: u64,
+    /// The last instant that was processed.
+    now: Option<u64>,
+    tasks: Vec<TaskState>,
+    /// Jobs in flight, in order of release, tasks in file order.
+    jobs: Vec<Job>,
+    running: Vec<Unit>,
+    cached: Vec<Cached>,
+    /// Consecutive ticks of overload.
+    over: u32,
+    /// When a dispatch that waits for the grid happens.
+    barrier: Option<u64>,
+    /// How many units overtook each head that did not fit into memory.
+    overtaken: Vec<(SubId, u32)>,
+    /// Executions that the next tick may see: pool, start, finish.
+    executions: Vec<(usize, u64, u64)>,
+    outcome: Outcome,
+}
+
+impl<'a> Sim<'a> {
+    fn new(workload: &'a Workload, policy: Policy, horizon: u64) -> Self {
+        Sim {
+            workload,
+            policy,
+            horizon,
+            now: None,
+            tasks: workload.tasks.iter().map(|task| TaskState::new(task, policy)).collect(),
+            jobs: Vec::new(),
+            running: Vec::new(),
+            cached: Vec::new(),
+            over: 0,
+            barrier: None,
+            overtaken: Vec::new(),
+            executions: Vec::new(),
+            outcome: Outcome::new(workload),
+        }
+    }
+
+    /// The next instant at which anything happens.
+    fn next_instant(&self) -> Option<u64> {
+        let after = |instant: &u64| self.now.is_none_or(|now| *instant > now);
+        let finishes = self.running.iter().map(|unit| unit.finish);
+        let releases = (0..self.tasks.len()).filter_map(|task| self.next_release(task));
+        let events = self.workload.events.iter().map(|event| event.at_ns);
+        let tick = self.policy.monitors().then(|| self.now.map_or(0, |now| (now / TICK_NS + 1) * TICK_NS));
+        finishes.chain(releases).chain(events).chain(tick).chain(self.barrier).filter(after).min()
+    }
+
+    /// One instant: all its events, then the lanes, again while something ends at once.
+    fn step(&mut self, now: u64) {
+        self.now = Some(now);
+        let mut first = true;
+        loop {
+            self.complete(now);
+            self.edit(now);
+            if first {
+                self.release(now);
+            }
+            let tick = first && self.policy.monitors() && now.is_multiple_of(TICK_NS);
+            if tick {
+                self.observe(now);
+            }
+            self.shed(now, tick);
+            self.dispatch(now);
+            first = false;
+            if self.running.iter().all(|unit| unit.finish > now) {
+                return;
+            }
+        }
+    }
+
+    /// Applies the completions of this instant, by pool, then lane.
+    fn complete(&mut self, now: u64) {
+        let (mut ended, running): (Vec<Unit>, Vec<Unit>) =
+            self.running.drain(..).partition(|unit| unit.finish == now);
+        self.running = running;
+        ended.sort_by_key(|unit| (unit.pool, unit.lane));
+        for unit in ended {
+            let mut living = 0;
+            for &(task, index, node) in &unit.members {
+                if let Some(job) = self.job_mut(task, index) {
+                    job.state[node] = job::State::Done;
+                    living += 1;
+                }
+            }
+            if let Some(key) = unit.key {
+                self.outcome.encoder_runs_saved += living.max(1) - 1;
+                if self.policy.caches() {
+                    self.cached.push(Cached { key, pool: unit.pool, memory: unit.memory });
+                }
+            }
+        }
+        self.settle(now);
+    }
+
+    /// After nodes became done or jobs appeared: cache hits, ended jobs, outputs that nobody needs.
+    fn settle(&mut self, now: u64) {
+        self.hit(now);
+        let (ended, living): (Vec<Job>, Vec<Job>) = self.jobs.drain(..).partition(Job::is_complete);
+        self.jobs = living;
+        for job in ended {
+            self.outcome.end(&job, now);
+        }
+        self.drop_unused();
+    }
+
+    fn job_mut(&mut self, task: usize, index: u64) -> Option<&mut Job> {
+        self.jobs.iter_mut().find(|job| job.task == task && job.index == index)
+    }
+
+    fn job(&self, task: usize, index: u64) -> Option<&Job> {
+        self.jobs.iter().find(|job| job.task == task && job.index == index)
+    }
+}
+
+#[cfg(test)]
+mod tests;

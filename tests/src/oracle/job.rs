@@ -1,0 +1,103 @@
+//! One job in flight.
+
+use std::rc::Rc;
+
+use red_workload::model::Workload;
+
+use crate::graph::{Graph, Role};
+
+/// Task, job index, node index.
+pub(super) type SubId = (usize, u64, usize);
+
+/// What a frame was captured at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Capture {
+    /// Shared by all jobs of one capture instant of a sensor.
+    Sensor(u64),
+    /// No sensor of that name: the job's own.
+    Job(usize, u64),
+}
+
+/// What encoder results may be shared for: weights, frame name, capture.
+pub(super) type FrameKey = (String, String, Capture);
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum State {
+    /// Not started: its predecessors are missing, or it is queued, or it waits for a running encoder.
+    Waiting,
+    /// On a lane since this instant.
+    Running(u64),
+    Done,
+}
+
+pub(super) struct Job {
+    pub(super) task: usize,
+    pub(super) index: u64,
+    pub(super) release: u64,
+    /// Deadline on the time axis.
+    pub(super) due: i128,
+    /// Version of the task's graph.
+    pub(super) version: usize,
+    pub(super) graph: Rc<Graph>,
+    pub(super) heights: Vec<usize>,
+    pub(super) state: Vec<State>,
+    /// Dispatch key of each node, on the time axis.
+    pub(super) keys: Vec<i128>,
+    /// a + D - tail of each node.
+    pub(super) latest_finish: Vec<i128>,
+    /// Frame of each encoder and decoder.
+    pub(super) frames: Vec<Option<FrameKey>>,
+}
+
+impl Job {
+    pub(super) fn is_complete(&self) -> bool {
+        self.state.iter().all(|&state| state == State::Done)
+    }
+
+    pub(super) fn has_started(&self) -> bool {
+        self.state.iter().any(|&state| state != State::Waiting)
+    }
+
+    /// Not started, every predecessor done, and under a level gate every lower level done.
+    pub(super) fn is_ready(&self, node: usize, gated: bool) -> bool {
+        let done = |other: usize| self.state[other] == State::Done;
+        self.state[node] == State::Waiting
+            && self.graph.nodes[node].preds.iter().all(|&pred| done(pred))
+            && (!gated
+                || (0..self.state.len())
+                    .all(|other| self.heights[other] >= self.heights[node] || done(other)))
+    }
+
+    /// Nodes with this role whose frame is `key`.
+    pub(super) fn sharing<'a>(&'a self, key: &'a FrameKey, role: Role) -> impl Iterator<Item = usize> + 'a {
+        let nodes = 0..self.graph.nodes.len();
+        nodes.filter(move |&node| {
+            self.graph.nodes[node].role == role && self.frames[node].as_ref() == Some(key)
+        })
+    }
+
+    /// The longest path over `weights`, which are 0 for what is done.
+    pub(super) fn remaining_path(&self, weights: &[u64]) -> i128 {
+        i128::from(self.graph.longest_path(weights))
+    }
+}
+
+/// The frame of each encoder and decoder of a job.
+pub(super) fn frames(
+    workload: &Workload,
+    graph: &Graph,
+    task: usize,
+    index: u64,
+    release: u64,
+) -> Vec<Option<FrameKey>> {
+    let frame = |node: &crate::graph::SubNode| {
+        let (weights, name) = node.stage.clone()?;
+        let sensor = workload.sensors.iter().find(|sensor| sensor.name == name);
+        let capture = match sensor {
+            Some(sensor) => Capture::Sensor(release / sensor.period_ns * sensor.period_ns),
+            None => Capture::Job(task, index),
+        };
+        Some((weights, name, capture))
+    };
+    graph.nodes.iter().map(frame).collect()
+}

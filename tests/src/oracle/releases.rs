@@ -1,0 +1,109 @@
+//! Releases and graph edits.
+
+use std::rc::Rc;
+
+use red_workload::model::{Arrival, Event, Node, Task};
+
+use super::job::{self, Job, State};
+use super::{JOBS_IN_FLIGHT, Policy, Reason, Sim, keys};
+use crate::graph::{Graph, edited};
+
+/// The graph versions of a task and its next release.
+pub(super) struct TaskState {
+    nodes: Vec<Node>,
+    graph: Rc<Graph>,
+    /// Counts the edits applied so far.
+    version: usize,
+    /// Edits that wait until the older version has no job left.
+    pending: Vec<Vec<Event>>,
+    /// Events of this task before this instant, and at it, have been taken.
+    taken: Option<u64>,
+    released: u64,
+}
+
+impl TaskState {
+    pub(super) fn new(task: &Task, policy: Policy) -> Self {
+        let graph = Rc::new(Graph::of(&task.nodes, policy.refines()));
+        Self { nodes: task.nodes.clone(), graph, version: 0, pending: Vec::new(), taken: None, released: 0 }
+    }
+}
+
+impl Sim<'_> {
+    /// When the task releases next.
+    pub(super) fn next_release(&self, task: usize) -> Option<u64> {
+        let (model, index) = (&self.workload.tasks[task], self.tasks[task].released);
+        let gap = match model.arrival {
+            Arrival::Periodic { period_ns } => period_ns,
+            Arrival::Sporadic { min_interarrival_ns } => min_interarrival_ns,
+            Arrival::Once if index == 0 => 0,
+            Arrival::Once => return None,
+        };
+        index.checked_mul(gap)?.checked_add(model.offset_ns)
+    }
+
+    /// Takes the events of this instant and applies what need not wait: a task holds two versions.
+    pub(super) fn edit(&mut self, now: u64) {
+        for task in 0..self.tasks.len() {
+            let state = &mut self.tasks[task];
+            if state.taken.is_none_or(|taken| taken < now) {
+                let events = self.workload.events.iter();
+                let due: Vec<Event> =
+                    events.filter(|event| event.task == task && event.at_ns == now).cloned().collect();
+                if !due.is_empty() {
+                    state.pending.push(due);
+                }
+                state.taken = Some(now);
+            }
+            while !self.tasks[task].pending.is_empty() && !self.older_version_has_jobs(task) {
+                let state = &mut self.tasks[task];
+                let events = state.pending.remove(0);
+                state.nodes = edited(&state.nodes, &events.iter().collect::<Vec<_>>());
+                state.graph = Rc::new(Graph::of(&state.nodes, self.policy.refines()));
+                state.version += 1;
+            }
+        }
+    }
+
+    fn older_version_has_jobs(&self, task: usize) -> bool {
+        self.jobs.iter().any(|job| job.task == task && job.version != self.tasks[task].version)
+    }
+
+    /// Releases the jobs of this instant, tasks in file order.
+    pub(super) fn release(&mut self, now: u64) {
+        for task in 0..self.tasks.len() {
+            if self.next_release(task) != Some(now) {
+                continue;
+            }
+            let index = self.tasks[task].released;
+            self.tasks[task].released += 1;
+            let job = self.new_job(task, index, now);
+            self.outcome.release(&job);
+            if self.jobs.len() < JOBS_IN_FLIGHT {
+                self.jobs.push(job);
+            } else {
+                self.outcome.shed(&job, now, Reason::Full);
+            }
+        }
+        self.settle(now);
+    }
+
+    fn new_job(&self, task: usize, index: u64, now: u64) -> Job {
+        let graph = Rc::clone(&self.tasks[task].graph);
+        let deadline = self.workload.tasks[task].deadline_ns;
+        let due = i128::from(now) + i128::from(deadline);
+        let tails = graph.tails(&graph.costs());
+        Job {
+            task,
+            index,
+            release: now,
+            due,
+            version: self.tasks[task].version,
+            heights: graph.heights(|_| true),
+            state: vec![State::Waiting; graph.nodes.len()],
+            keys: keys::at_release(self.policy, &graph, now, deadline),
+            latest_finish: tails.iter().map(|&tail| due - i128::from(tail)).collect(),
+            frames: job::frames(self.workload, &graph, task, index, now),
+            graph,
+        }
+    }
+}

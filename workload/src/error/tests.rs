@@ -1,0 +1,52 @@
+use super::{Fault, LoadError, Place, Refusal, shown, shown_path};
+
+#[test]
+fn foreign_text_is_escaped_and_cut() {
+    assert_eq!(shown("it's \"plain\""), "it's \"plain\"");
+    assert_eq!(shown("\u{1b}[31m\n\u{202e}\u{200b}"), "\\u{1b}[31m\\n\\u{202e}\\u{200b}");
+    assert_eq!(shown(&"a".repeat(64)), "a".repeat(64));
+    assert_eq!(shown(&"a".repeat(65)), format!("{}…", "a".repeat(63)));
+    for text in ["é".repeat(4_000_000), "\u{7}".repeat(100), "a\u{202e}".repeat(30)] {
+        assert!(shown(&text).chars().count() <= 64);
+    }
+}
+
+#[test]
+fn a_long_path_keeps_its_end() {
+    let path = format!("{}/robot.toml", "d/".repeat(100));
+    let shown = shown_path(&path);
+    assert!(shown.starts_with('…') && shown.ends_with("/robot.toml"), "{shown}");
+    assert_eq!(shown.chars().count(), 64);
+    assert_eq!(shown_path("a\nb.toml"), "a\\nb.toml");
+}
+
+#[test]
+fn places_count_lines_and_characters() {
+    let text = "a\r\nbé = 1\n".as_bytes();
+    assert_eq!(Place::of(text, 0), Place { line: 1, column: 1 });
+    assert_eq!(Place::of(text, 3), Place { line: 2, column: 1 });
+    assert_eq!(Place::of(text, 7), Place { line: 2, column: 4 });
+    assert_eq!(Place::of(text, usize::MAX), Place { line: 3, column: 1 });
+}
+
+#[test]
+fn the_nearest_name_is_near() {
+    let nearest = |wanted: &str| {
+        let fault = Fault::new(0, Refusal::UnknownKey, "", "");
+        fault.with_nearest(wanted, ["deadline", "period", "wcet"]).nearest
+    };
+    assert_eq!(nearest("dedline").as_deref(), Some("deadline"));
+    assert_eq!(nearest("WCET").as_deref(), Some("wcet"));
+    assert_eq!(nearest("weight"), None);
+    assert_eq!(nearest(&"x".repeat(4_000_000)), None);
+}
+
+#[test]
+fn the_message_names_place_problem_and_cure() {
+    let fault = Fault::new(4, Refusal::UnknownKey, "a pool has no key `lane`", "one of `lanes`");
+    let error = LoadError::inside("w.toml", b"abc\nlane = 1", fault.with_nearest("lane", ["lanes"]));
+    assert_eq!(
+        error.to_string(),
+        "w.toml:2:1: a pool has no key `lane`; expected one of `lanes`; did you mean `lanes`?"
+    );
+}
