@@ -51,6 +51,8 @@ pub(crate) enum OutputState {
     /// The unit on this lane computes it.
     Running(u8),
     Kept,
+    /// Nobody in flight needs it, but a unit of a job that was given up still reads it.
+    Draining,
 }
 
 impl Empty for Output {

@@ -68,6 +68,7 @@ impl<C: Capacity> Scheduler<C> {
         }
         self.drop_output_of(lane);
         self.free(lane);
+        self.stop_reading(self.lanes[lane].output);
         self.lanes[lane].merged = false;
         self.lanes[lane].is_encoder = false;
         if members == 0 {

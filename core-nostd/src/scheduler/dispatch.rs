@@ -3,7 +3,6 @@
 use super::Scheduler;
 use super::action::Action;
 use crate::capacity::Capacity;
-use crate::config::Reassign;
 use crate::id::UnitId;
 use crate::scheduler::complete::CompleteError;
 use crate::time::Instant;
@@ -34,8 +33,8 @@ impl<C: Capacity> Scheduler<C> {
 
     #[inline(always)]
     fn next(&mut self, now: Instant, prefer: u32) -> Option<Action> {
-        if now >= self.alarm || self.stale_keys && self.config.reassign == Reassign::OnDispatch {
-            self.settle();
+        if now >= self.alarm {
+            self.monitor_and_shed();
         }
         if self.ended != 0 {
             return self.take_outcome().map(Action::Ended);
@@ -51,15 +50,12 @@ impl<C: Capacity> Scheduler<C> {
         None
     }
 
-    /// What time and re-assignment ask for before lanes are filled.
+    /// Re-assignment before a dispatch: every job's ready nodes by what remains of it now.
     #[cold]
-    fn settle(&mut self) {
-        self.monitor_and_shed();
-        if self.stale_keys && self.config.residual() && self.config.reassign == Reassign::OnDispatch {
-            for slot in self.slots() {
-                self.residual_key(slot);
-                self.requeue(slot);
-            }
+    fn reassign(&mut self) {
+        for slot in self.slots() {
+            self.residual_key(slot);
+            self.requeue(slot);
         }
         self.stale_keys = false;
     }
@@ -70,6 +66,9 @@ impl<C: Capacity> Scheduler<C> {
         let free = self.pools[pool].free;
         if free == 0 {
             return if self.config.preempt { self.preempt(pool) } else { None };
+        }
+        if self.stale_keys && self.queued_in(pool) > 0 {
+            self.reassign();
         }
         let slot = self.pick(pool)?;
         let rank = self.head_of(slot, pool)?;

@@ -49,7 +49,7 @@ pub(crate) mod units;
 mod version;
 
 use crate::capacity::{Capacity, Empty};
-use crate::config::Config;
+use crate::config::{Config, Reassign};
 use crate::id::{PoolId, SensorId};
 use crate::policy::frame_cache::Output;
 use crate::ready_queue::{Entry, Rank, ReadyQueue};
@@ -110,7 +110,8 @@ pub struct Scheduler<C: Capacity> {
     /// Slots of jobs in flight, and of ended jobs whose outcome was not taken, a bit each.
     in_flight: u64,
     ended: u64,
-    /// Whether something happened since keys were last re-assigned.
+    /// Whether keys are re-assigned at each dispatch, and whether something happened since they were.
+    reassigns: bool,
     stale_keys: bool,
     observes: bool,
     pool_count: u8,
@@ -239,6 +240,7 @@ impl<C: Capacity> Scheduler<C> {
         *self = Self::EMPTY;
         self.config = config;
         self.observes = config.observes();
+        self.reassigns = config.residual() && config.reassign == Reassign::OnDispatch;
         self.alarm = Instant::MAX;
         let lanes = config.lanes.clamp(1, C::LANES as u8);
         // One to LANES lanes in the first of at least one pool: there is room.
@@ -387,6 +389,7 @@ impl<C: Capacity> Empty for Scheduler<C> {
         active: 0,
         in_flight: 0,
         ended: 0,
+        reassigns: false,
         stale_keys: false,
         observes: false,
         pool_count: 0,

@@ -53,9 +53,26 @@ impl<C: Capacity> Scheduler<C> {
             self.pools[pool].mark = mark;
             self.pools[pool].tick_busy = mark.saturating_sub(base);
         }
+        let follows = before == self.window;
         self.window = start;
         self.now = now;
+        if self.config.shed == Shed::LowestUrgency && self.in_flight == 0 && now > start {
+            self.pass_idle_tick(follows);
+        }
         now
+    }
+
+    /// A tick passed that nobody asked for, because no job was in flight: nothing was queued, but lanes may have
+    /// been busy up to it.
+    fn pass_idle_tick(&mut self, follows: bool) {
+        let overload = self.config.overload;
+        let busy = (0..usize::from(self.pool_count)).any(|pool| {
+            let p = &self.pools[pool];
+            overload.exceeded(0, Duration::from_nanos(p.tick_busy), self.tick(), p.lanes.count_ones() as u8)
+        });
+        let over = self.monitor.over + 1;
+        self.monitor.over = if follows && busy && over < overload.ticks { over } else { 0 };
+        self.monitor.looked_at = self.window.as_nanos() + 1;
     }
 
     /// Lane time of a pool used up to `instant`, which is not before the last event.

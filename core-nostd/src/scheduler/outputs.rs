@@ -51,7 +51,7 @@ impl<C: Capacity> Scheduler<C> {
 
     /// The result with this key, running or kept.
     pub(super) fn find_output(&self, key: FrameKey) -> Option<(usize, OutputState)> {
-        let found = |o: &Output| o.state != OutputState::Free && o.key == key;
+        let found = |o: &Output| !matches!(o.state, OutputState::Free | OutputState::Draining) && o.key == key;
         let place = self.outputs.as_ref().iter().position(found)?;
         Some((place, self.outputs[place].state))
     }
@@ -199,6 +199,8 @@ impl<C: Capacity> Scheduler<C> {
         if let Some(place) = output {
             self.wake_parked(self.outputs[place].key);
             self.keep_or_free(place);
+        } else {
+            self.stop_reading(l.output);
         }
         if l.members == 0 {
             self.counters.late_completions += 1;
@@ -269,21 +271,36 @@ impl<C: Capacity> Scheduler<C> {
     }
 
     pub(super) fn free_output(&mut self, place: usize) {
+        let is_read = self.is_read(place);
         let output = &mut self.outputs[place];
-        output.state = OutputState::Free;
+        output.state = if is_read { OutputState::Draining } else { OutputState::Free };
         let pool = usize::from(output.pool);
         self.pools[pool].used -= output.bytes;
         self.active |= 1 << pool;
     }
 
-    /// Whether an uncompleted decoder in flight reads the result, a lane does, or an encoder of its key could
-    /// still be a hit.
-    fn is_needed(&self, place: usize) -> bool {
-        let key = self.outputs[place].key;
-        let read = |l: usize| {
+    /// Whether a unit that runs reads the result.
+    fn is_read(&self, place: usize) -> bool {
+        let reads = |l: usize| {
             let l = &self.lanes[l];
             l.is_busy() && !l.is_encoder && usize::from(l.output) == place + 1
         };
+        (0..usize::from(self.lane_count)).any(reads)
+    }
+
+    /// A unit that read a result ended; nobody else may want it.
+    pub(super) fn stop_reading(&mut self, output: u16) {
+        if let Some(place) = usize::from(output).checked_sub(1)
+            && self.outputs[place].state == OutputState::Draining
+            && !self.is_read(place)
+        {
+            self.outputs[place].state = OutputState::Free;
+        }
+    }
+
+    /// Whether an uncompleted decoder in flight reads the result, or an encoder of its key could still be a hit.
+    fn is_needed(&self, place: usize) -> bool {
+        let key = self.outputs[place].key;
         let wanted = |slot: usize| {
             let (job, version) = (&self.jobs[slot], self.version(slot));
             version.encoders.iter().any(|e| {
@@ -295,7 +312,7 @@ impl<C: Capacity> Scheduler<C> {
                 }
             })
         };
-        self.slots().any(wanted) || (0..usize::from(self.lane_count)).any(read)
+        self.slots().any(wanted)
     }
 
     /// A job was given up: its units lose a member, its suspended sub-jobs and its claims on results go.

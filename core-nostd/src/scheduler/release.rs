@@ -4,7 +4,7 @@ use super::Scheduler;
 use super::event::EventKind;
 use super::jobs::Job;
 use crate::capacity::{Capacity, Empty};
-use crate::config::{BestCase, Gate, Reassign};
+use crate::config::{BestCase, Gate};
 use crate::id::{JobId, TaskId};
 use crate::policy::frame_cache::CaptureSource;
 use crate::ready_queue::Rank;
@@ -116,11 +116,10 @@ impl<C: Capacity> Scheduler<C> {
     /// Called after a job's ready set changed.
     #[inline(always)]
     pub(super) fn changed(&mut self, slot: usize) {
-        if self.config.residual() {
-            match self.config.reassign {
-                Reassign::OnDispatch => self.stale_keys = true,
-                _ => self.residual_key(slot),
-            }
+        if self.reassigns {
+            self.stale_keys = true;
+        } else if self.config.residual() {
+            self.residual_key(slot);
         }
         self.requeue(slot);
     }

@@ -157,7 +157,7 @@ impl<C: Capacity> Scheduler<C> {
         job.running.insert(rank);
         job.place[rank] = lane as u8;
         job.started = true;
-        self.stale_keys = true;
+        self.stale_keys = self.reassigns;
         if self.config.preempt {
             self.lanes[lane].carried = self.resume(slot, rank);
         }
