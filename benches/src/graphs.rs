@@ -35,13 +35,27 @@ impl Graph {
 
     /// chain256, forkjoin64, layered256 and mimonet6, in this order.
     pub(crate) fn all() -> Vec<Self> {
-        let chain: Vec<_> = (0..255).map(|node| (node, node + 1)).collect();
         vec![
-            Self::new("chain256", 256, &chain),
+            Self::new("chain256", 256, &chain(256)),
             Self::new("forkjoin64", 66, &fork_join(64)),
             Self::new("layered256", 256, &layered()),
             Self::new("mimonet6", 6, &fork_join(4)),
         ]
+    }
+
+    /// So many nodes, one after the other.
+    pub(crate) fn chain(nodes: usize) -> Self {
+        Self::new("chain", nodes, &chain(nodes))
+    }
+
+    /// Layers of `width` nodes, each with an edge from its own place and from the one beside it in the layer
+    /// before: the edges per node do not grow with the graph.
+    pub(crate) fn lattice(nodes: usize, width: usize) -> Self {
+        let into = |to: usize| {
+            let layer = (to / width - 1) * width;
+            [(layer + to % width, to), (layer + (to + 1) % width, to)]
+        };
+        Self::new("lattice", nodes, &(width..nodes).flat_map(into).collect::<Vec<_>>())
     }
 
     /// The reference graph of that name.
@@ -71,6 +85,10 @@ impl Graph {
             .map(|height| self.height.iter().filter(|&&of_node| of_node == height).count().div_ceil(lanes))
             .sum()
     }
+}
+
+fn chain(nodes: usize) -> Vec<(usize, usize)> {
+    (1..nodes).map(|node| (node - 1, node)).collect()
 }
 
 /// One source, `width` nodes, one sink.
@@ -148,7 +166,7 @@ impl Body {
     pub(crate) fn run(self, node: usize) {
         black_box(node);
         if self.steps != 0 {
-            chain(self.steps, node);
+            multiply(self.steps, node);
         }
     }
 
@@ -160,7 +178,7 @@ impl Body {
 }
 
 #[inline(never)]
-fn chain(steps: u64, node: usize) {
+fn multiply(steps: u64, node: usize) {
     let mut value = node as u64 | 1;
     for _ in 0..steps {
         value = (value ^ (value >> 29)).wrapping_mul(0x9E37_79B9_7F4A_7C15);

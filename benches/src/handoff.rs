@@ -2,12 +2,13 @@
 
 use std::hint;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 use crate::companion::Companion;
+use crate::line::Line;
 use crate::machine::Machine;
 use crate::measure::{Entry, Runner, fill};
 use crate::not_run::NotRun;
+use crate::ours;
 
 /// A way to hand over. A run is one round trip: two hand-offs.
 #[derive(Clone, Copy)]
@@ -28,40 +29,28 @@ impl Contestant {
 pub(crate) const BARE_FLAG: &str = "bare flag";
 
 /// Ways to hand over that are measured.
-pub(crate) const CONTESTANTS: &[Contestant] =
-    &[Contestant { name: BARE_FLAG, ours: false, build: bare_flag }];
+pub(crate) const CONTESTANTS: &[Contestant] = &[
+    Contestant { name: BARE_FLAG, ours: false, build: bare_flag },
+    Contestant { name: "RED", ours: true, build: ours::hand_off },
+];
 
-/// Longest spin for one answer, in turns: about a second. Only a thread that is gone takes that long.
-const TURNS: u32 = 20_000_000;
-
-/// One flag per direction, each on a pair of cache lines of its own, because the prefetcher fetches pairs.
-#[repr(align(128))]
-#[derive(Default)]
-struct Line(AtomicU32);
-
+/// One flag per direction.
 #[derive(Default)]
 struct Flags {
     there: Line,
     back: Line,
-    lost: AtomicBool,
 }
 
 impl Flags {
-    fn round_trip(&self, turn: u32) {
-        self.there.0.store(turn, Ordering::Release);
-        for _ in 0..TURNS {
-            if self.back.0.load(Ordering::Acquire) == turn {
-                return;
-            }
-            hint::spin_loop();
-        }
-        self.lost.store(true, Ordering::Relaxed);
+    fn round_trip(&self, turn: u64) -> Option<()> {
+        self.there.store(turn);
+        self.back.spin(|line| (line.load() == turn).then_some(()))
     }
 
     fn answer(&self) {
-        let turn = self.there.0.load(Ordering::Acquire);
-        if turn != self.back.0.load(Ordering::Relaxed) {
-            self.back.0.store(turn, Ordering::Release);
+        let turn = self.there.load();
+        if turn != self.back.load() {
+            self.back.store(turn);
         }
         hint::spin_loop();
     }
@@ -73,21 +62,17 @@ fn bare_flag(machine: &'static Machine) -> Result<Runner, NotRun> {
         let flags = Arc::clone(&flags);
         move || flags.answer()
     })?;
-    let mut turn = 0u32;
+    let mut turn = 0;
     Ok(Box::new(move |runs, samples| {
+        let mut answered = Some(());
         companion.beside(|| {
             fill(samples, || {
                 for _ in 0..runs {
-                    if !flags.lost.load(Ordering::Relaxed) {
-                        turn = turn.wrapping_add(1);
-                        flags.round_trip(turn);
-                    }
+                    turn += 1;
+                    answered = answered.and_then(|()| flags.round_trip(turn));
                 }
             });
         })?;
-        if flags.lost.load(Ordering::Relaxed) {
-            return Err(NotRun::Failed("the other lane did not answer a flag".to_owned()));
-        }
-        Ok(())
+        answered.ok_or_else(NotRun::lane_gone)
     }))
 }

@@ -6,11 +6,15 @@
 
 mod companion;
 mod count;
+mod edit;
 mod graphs;
+mod growth;
 mod handoff;
+mod line;
 mod machine;
 mod measure;
 mod not_run;
+mod ours;
 mod peers;
 mod queue;
 mod sections;

@@ -14,6 +14,11 @@ pub(crate) enum NotRun {
 }
 
 impl NotRun {
+    /// The thread of the other lane stopped answering.
+    pub(crate) fn lane_gone() -> Self {
+        Self::Failed("the other lane did not answer".to_owned())
+    }
+
     /// Whether the bench as a whole has failed by this.
     pub(crate) fn fails(&self) -> bool {
         !matches!(self, Self::Unpackaged(_))

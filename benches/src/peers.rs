@@ -1,4 +1,4 @@
-//! The executors that ours is measured against. Each is a function from a [`Setup`] to a runner that executes
+//! The executors, ours and those that it is measured against. Each is a function from a [`Setup`] to a runner that executes
 //! the graph so many times; another executor joins by adding one such function to a list of contestants.
 
 pub(crate) mod cpp;
@@ -12,6 +12,7 @@ use crate::graphs::{Body, Graph};
 use crate::machine::Machine;
 use crate::measure::{Entry, Runner, timed};
 use crate::not_run::NotRun;
+use crate::ours;
 
 /// What an executor is built for.
 #[derive(Clone, Copy)]
@@ -36,6 +37,10 @@ impl Contestant {
         Self { name, ours: false, build }
     }
 
+    const fn ours(name: &'static str, build: fn(&Setup<'_>) -> Result<Runner, NotRun>) -> Self {
+        Self { name, ours: true, build }
+    }
+
     /// This contestant at the start line.
     pub(crate) fn enter(&self, setup: &Setup<'_>) -> Entry {
         let runner = setup.machine.has_lanes(setup.lanes).and_then(|()| (self.build)(setup));
@@ -48,13 +53,16 @@ pub(crate) const EMBASSY: &str = "embassy EDF";
 /// The reference of two lanes: the bodies of the best schedule, run back to back on one thread.
 pub(crate) const IDEAL: &str = "ideal";
 
-/// Executors of one lane, for the cost per node in time and in instructions.
+/// Executors of one lane, for the cost per node in time and in instructions. Ours comes bare, and with every
+/// execution observed and every event recorded and taken.
 pub(crate) const ONE_LANE: &[Contestant] = &[
     Contestant::peer(EMBASSY, embassy::build),
     Contestant::peer("40-line EDF", edf::build),
     Contestant::peer("mutex and heap", mutex_heap::build),
     Contestant::peer("oneTBB lightweight", cpp::tbb),
     Contestant::peer("Taskflow", cpp::taskflow),
+    Contestant::ours("RED", ours::bare),
+    Contestant::ours("RED, estimator and record", ours::observed),
 ];
 
 /// Executors of two lanes.
@@ -63,11 +71,15 @@ pub(crate) const TWO_LANES: &[Contestant] = &[
     Contestant::peer("40-line EDF, spin lock", edf_spin::build),
     Contestant::peer("rayon", rayon::build),
     Contestant::peer("Taskflow", cpp::taskflow),
+    Contestant::ours("RED", ours::two_lanes),
 ];
 
 /// Executors whose lane is another thread than the one that releases the frame.
-pub(crate) const RELEASED_FROM_OUTSIDE: &[Contestant] =
-    &[Contestant::peer("mutex and heap", mutex_heap::build), Contestant::peer("Taskflow", cpp::taskflow)];
+pub(crate) const RELEASED_FROM_OUTSIDE: &[Contestant] = &[
+    Contestant::peer("mutex and heap", mutex_heap::build),
+    Contestant::peer("Taskflow", cpp::taskflow),
+    Contestant::ours("RED", ours::from_outside),
+];
 
 fn ideal(setup: &Setup<'_>) -> Result<Runner, NotRun> {
     let (body, bodies) = (setup.body, setup.graph.makespan(setup.lanes));

@@ -3,6 +3,7 @@
 use std::hint::black_box;
 
 use orx_priority_queue::{DaryHeapOfIndices, PriorityQueue, PriorityQueueDecKey};
+use red_core::{Entry as Queued, Table};
 
 use crate::graphs::splitmix64;
 use crate::measure::{Entry, Runner, timed};
@@ -47,8 +48,48 @@ impl Contestant {
 pub(crate) const ORX: &str = "orx 4-ary, u64";
 
 /// Queues that are measured.
-pub(crate) const CONTESTANTS: &[Contestant] =
-    &[Contestant::peer::<Orx<u64>>(ORX), Contestant::peer::<Orx<u128>>("orx 4-ary, u128")];
+pub(crate) const CONTESTANTS: &[Contestant] = &[
+    Contestant::peer::<Orx<u64>>(ORX),
+    Contestant::peer::<Orx<u128>>("orx 4-ary, u128"),
+    Contestant { name: "RED", ours: true, hold: hold_ours, rekey: rekey_ours },
+];
+
+/// The core's heap, whose capacity is in its type.
+type Ours<const N: usize> = red_core::ReadyQueue<u64, Table<Queued<u64>, N>, Table<u16, N>>;
+
+impl<const N: usize> ReadyQueue for Ours<N> {
+    fn with_capacity(capacity: usize) -> Self {
+        assert!(capacity <= N, "the queue holds {N} entries");
+        Self::new()
+    }
+    fn push(&mut self, entry: usize, key: u64) {
+        Self::push(self, entry, key);
+    }
+    fn pop(&mut self) -> Option<(usize, u64)> {
+        Self::pop(self)
+    }
+    fn rekey(&mut self, entry: usize, key: u64) {
+        Self::rekey(self, entry, key);
+    }
+}
+
+fn hold_ours(entries: usize) -> Runner {
+    match entries {
+        ..=8 => hold::<Ours<8>>(entries),
+        9..=64 => hold::<Ours<64>>(entries),
+        65..=256 => hold::<Ours<256>>(entries),
+        _ => hold::<Ours<1024>>(entries),
+    }
+}
+
+fn rekey_ours(entries: usize) -> Runner {
+    match entries {
+        ..=8 => rekey::<Ours<8>>(entries),
+        9..=64 => rekey::<Ours<64>>(entries),
+        65..=256 => rekey::<Ours<256>>(entries),
+        _ => rekey::<Ours<1024>>(entries),
+    }
+}
 
 /// orx's indexed 4-ary heap. `u128` keys carry the entry in their lower half and so break ties.
 struct Orx<K: PartialOrd + Clone>(DaryHeapOfIndices<usize, K, 4>);

@@ -2,8 +2,13 @@
 
 use std::time::Duration;
 
+use red_core::sync::TicketLock;
+use red_core::{Caps, Scheduler, SharedScheduler};
+
 use crate::count;
+use crate::edit;
 use crate::graphs::{Body, Graph};
+use crate::growth;
 use crate::handoff;
 use crate::machine::Machine;
 use crate::measure::{Plan, Row, interleave};
@@ -31,6 +36,9 @@ pub(crate) const SECTIONS: &[Section] = &[
     ("handoff", handoff),
     ("timer", timer),
     ("queue", queue),
+    ("state", state),
+    ("growth", growth),
+    ("edit", edit),
 ];
 
 impl Bench {
@@ -53,7 +61,7 @@ fn dispatch(bench: &Bench) -> Outcome {
             title: format!("dispatch {}, one thread, empty bodies", graph.name),
             unit: "ns/node",
             reference: EMBASSY,
-            must: Some(Must::Ratio(1.0)),
+            must: &[Must::Ratio(1.0)],
             rows: field(ONE_LANE, &setup, &plan),
         }
         .print()
@@ -76,7 +84,7 @@ fn instructions(bench: &Bench) -> Outcome {
             title: format!("instructions {}, one thread, empty bodies", graph.name),
             unit: "instructions/node",
             reference: EMBASSY,
-            must: (graph.name == "layered256").then_some(Must::Figure(250.0)),
+            must: if graph.name == "layered256" { &[Must::Figure(250.0), Must::Figure(300.0)] } else { &[] },
             rows: ONE_LANE.iter().map(row).collect(),
         }
         .print()
@@ -95,7 +103,7 @@ fn lanes(bench: &Bench) -> Outcome {
             title: format!("two lanes {name}, bodies of 2 us"),
             unit: "ns/node",
             reference: IDEAL,
-            must: Some(Must::RatioBelowPeers(bound)),
+            must: &[Must::RatioBelowPeers(bound)],
             rows: field(TWO_LANES, &setup, &plan),
         };
         Some(table.print())
@@ -111,7 +119,7 @@ fn frame(bench: &Bench) -> Outcome {
         title: "one empty mimonet6 frame, released by another thread".to_owned(),
         unit: "ns/frame",
         reference: "mutex and heap",
-        must: Some(Must::Figure(2_000.0)),
+        must: &[Must::Figure(2_000.0)],
         rows: field(RELEASED_FROM_OUTSIDE, &setup, &plan),
     }
     .print()
@@ -124,7 +132,7 @@ fn handoff(bench: &Bench) -> Outcome {
         title: "hand-off from lane to lane".to_owned(),
         unit: "ns one way",
         reference: handoff::BARE_FLAG,
-        must: Some(Must::Ratio(2.0)),
+        must: &[Must::Ratio(2.0)],
         rows: interleave(entries, &plan),
     }
     .print()
@@ -137,7 +145,7 @@ fn timer(bench: &Bench) -> Outcome {
         title: format!("timed release at 1 kHz for {} s, {figure}", duration.as_secs()),
         unit: "ns late",
         reference: timer::CYCLICTEST,
-        must: Some(Must::Ratio(1.0)),
+        must: &[Must::Ratio(1.0)],
         rows,
     };
     [table("median", medians).print(), table("p99", p99s).print()].into_iter().sum()
@@ -149,7 +157,7 @@ fn queue(bench: &Bench) -> Outcome {
         title: format!("ready queue of {size} entries, {operation}"),
         unit: "ns",
         reference: queue::ORX,
-        must: Some(Must::Ratio(1.0)),
+        must: &[Must::Ratio(1.0)],
         rows: interleave(entries, &plan),
     };
     let tables = queue::SIZES.into_iter().flat_map(|size| {
@@ -158,4 +166,48 @@ fn queue(bench: &Bench) -> Outcome {
         [table(size, "pop and push", hold).print(), table(size, "re-key", rekey).print()]
     });
     tables.sum()
+}
+
+/// The scheduler of the paper's workload: 4 tasks of 16 nodes, 16 jobs, 4 lanes.
+fn state(_: &Bench) -> Outcome {
+    type Paper = Caps<4, 16, 16>;
+    type Shared = SharedScheduler<Paper, TicketLock<Scheduler<Paper>>, 1, 8>;
+    let row = |name: &str, ours, bytes: usize| Row { name: name.to_owned(), ours, rounds: Ok(vec![bytes as f64]) };
+    let used = size_of::<Shared>() - Scheduler::<Paper>::RECORD_SIZE;
+    Table {
+        title: "state for the workload of the paper, record apart".to_owned(),
+        unit: "bytes",
+        reference: "the paper",
+        must: &[Must::Figure(12_288.0)],
+        rows: vec![row("the paper", false, 5_120), row("RED", true, used)],
+    }
+    .print()
+}
+
+fn growth(bench: &Bench) -> Outcome {
+    let plan = Plan { rounds: bench.rounds(), samples: 21, runs: 100, units: growth::CALLS };
+    let tables = growth::CALLED.into_iter().map(|(name, call)| {
+        Table {
+            title: format!("one call of {name} as nodes grow"),
+            unit: "ns",
+            reference: growth::SMALLEST,
+            must: &[Must::Ratio(2.0)],
+            rows: interleave(growth::field(call), &plan),
+        }
+        .print()
+    });
+    tables.sum()
+}
+
+fn edit(bench: &Bench) -> Outcome {
+    let Some(graph) = Graph::named("layered256") else { return Outcome::default() };
+    let plan = Plan { rounds: bench.rounds(), samples: 21, runs: 10, units: 1 };
+    Table {
+        title: "one commit of 256 nodes and 1,024 edges".to_owned(),
+        unit: "ns",
+        reference: edit::READ_ONCE,
+        must: &[Must::Figure(10_000.0)],
+        rows: interleave(edit::field(&graph), &plan),
+    }
+    .print()
 }

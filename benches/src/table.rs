@@ -32,8 +32,9 @@ pub(crate) struct Table<'a> {
     pub(crate) unit: &'a str,
     /// Name of the row that the others are divided by.
     pub(crate) reference: &'a str,
-    /// The bound of our rows; absent = the product names none here.
-    pub(crate) must: Option<Must>,
+    /// The bounds of our rows, in their order; the last one goes for those after it too. Empty = the product
+    /// names none here.
+    pub(crate) must: &'a [Must],
     pub(crate) rows: Vec<Row>,
 }
 
@@ -60,13 +61,15 @@ impl Table<'_> {
     pub(crate) fn print(&self) -> Outcome {
         print!("{self}");
         Outcome {
-            above: self.ours().filter(|row| self.within(row) == Some(false)).count(),
+            above: self.ours().filter(|(row, must)| self.within(row, *must) == Some(false)).count(),
             missing: self.rows.iter().filter(|row| row.rounds.as_ref().is_err_and(|why| why.fails())).count(),
         }
     }
 
-    fn ours(&self) -> impl Iterator<Item = &Row> {
-        self.rows.iter().filter(|row| row.ours)
+    /// Our rows and their bounds.
+    fn ours(&self) -> impl Iterator<Item = (&Row, Option<Must>)> {
+        let ours = self.rows.iter().filter(|row| row.ours).enumerate();
+        ours.map(|(place, row)| (row, self.must.get(place).or(self.must.last()).copied()))
     }
 
     fn over_reference(&self, row: &Row) -> Option<f64> {
@@ -74,8 +77,8 @@ impl Table<'_> {
     }
 
     /// Whether `row` keeps the bound; `None` where the figures do not tell.
-    fn within(&self, row: &Row) -> Option<bool> {
-        match self.must? {
+    fn within(&self, row: &Row, must: Option<Must>) -> Option<bool> {
+        match must? {
             Must::Ratio(bound) => Some(self.over_reference(row)? <= bound),
             Must::Figure(bound) => Some(median(row.rounds.clone().ok()?)? <= bound),
             Must::RatioBelowPeers(bound) => {
@@ -92,8 +95,7 @@ impl fmt::Display for Table<'_> {
         let over = format!("x {}", self.reference);
         let width = self.rows.iter().map(|row| row.name.len()).max().unwrap_or(0).max(12);
         let wide = over.len().max(9);
-        let must = self.must.map_or_else(|| "-".to_owned(), |must| must.to_string());
-        writeln!(out, "\n{}, {} (ours must: {must})", self.title, self.unit)?;
+        writeln!(out, "\n{}, {}", self.title, self.unit)?;
         writeln!(
             out,
             "  {:width$} {:>10} {:>10} {:>10}  {over:>wide$}  {:>9}  {:>7}  verdict",
@@ -110,7 +112,7 @@ impl fmt::Display for Table<'_> {
             };
             let min = figures.iter().copied().reduce(f64::min);
             let max = figures.iter().copied().reduce(f64::max);
-            let ours = self.ours().next().and_then(|ours| ratio(ours, row));
+            let ours = self.ours().next().and_then(|(ours, _)| ratio(ours, row));
             write!(
                 out,
                 "{:>10} {:>10} {:>10}  {:>wide$}  {:>9}",
@@ -120,12 +122,13 @@ impl fmt::Display for Table<'_> {
                 cell(self.over_reference(row), 2),
                 cell(ours, 2)
             )?;
-            if row.ours {
-                let verdict = match self.within(row) {
+            if let Some((_, must)) = self.ours().find(|(ours, _)| std::ptr::eq(*ours, row)) {
+                let verdict = match self.within(row, must) {
                     Some(true) => "ok",
                     Some(false) => "ABOVE",
                     None => "-",
                 };
+                let must = must.map_or_else(|| "-".to_owned(), |must| must.to_string());
                 write!(out, "  {must:>7}  {verdict}")?;
             }
             writeln!(out)?;

@@ -1,2 +1,71 @@
-//! stub
-fn main() {}
+//! The command `redrt`: plan, simulate and run pipelines of neural networks with deadlines.
+//!
+//! Answers go to standard output, messages to standard error. Exit status: 0 done, 1 the answer is no, 2 bad
+//! input or usage, 3 this machine cannot do that.
+
+mod demo;
+mod doctor;
+mod live;
+mod options;
+mod outcome;
+mod output;
+mod plan;
+mod profile;
+mod progress;
+mod run;
+mod session;
+mod sim;
+mod table;
+mod usage;
+
+use clap::{Parser, Subcommand};
+use outcome::{Answer, Failure};
+use std::process::ExitCode;
+
+/// Counts what lanes allocate outside of node bodies: nothing.
+#[global_allocator]
+static ALLOCATOR: red_rt::allocations::CountingAllocator = red_rt::allocations::CountingAllocator;
+
+const AFTER_HELP: &str = "\
+Without a subcommand, `redrt` is `redrt demo`.
+
+Exit status: 0 done, 1 the answer is no, 2 bad input or usage, 3 this machine cannot do that.
+
+Example:
+  redrt plan examples/cruise.toml";
+
+/// Real-time scheduling of neural-network pipelines on robots.
+#[derive(Parser)]
+#[command(name = "redrt", version, after_help = AFTER_HELP, args_conflicts_with_subcommands = true)]
+struct Cli {
+    #[command(subcommand)]
+    command: Option<Command>,
+    #[command(flatten)]
+    demo: demo::Args,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    Demo(demo::Args),
+    Plan(plan::Args),
+    Sim(sim::Args),
+    Run(run::Args),
+    Profile(profile::Args),
+    Doctor(doctor::Args),
+}
+
+fn main() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => return usage::report(&error),
+    };
+    let result = match cli.command.unwrap_or(Command::Demo(cli.demo)) {
+        Command::Demo(args) => demo::main(&args),
+        Command::Plan(args) => plan::main(&args),
+        Command::Sim(args) => sim::main(&args),
+        Command::Run(args) => run::main(&args),
+        Command::Profile(args) => profile::main(&args),
+        Command::Doctor(args) => doctor::main(&args),
+    };
+    result.map_or_else(Failure::report, Answer::exit_code)
+}

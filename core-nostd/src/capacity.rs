@@ -66,15 +66,15 @@ impl<T, const N: usize> AsMut<[T]> for Table<T, N> {
 }
 
 /// What every table can do.
-pub trait Store<T>: Copy + Empty + IndexMut<usize, Output = T> + AsRef<[T]> + AsMut<[T]> + core::fmt::Debug {}
-impl<T: Copy + Empty + core::fmt::Debug, const N: usize> Store<T> for Table<T, N> {}
+pub trait Store<T>: Item + IndexMut<usize, Output = T> + AsRef<[T]> + AsMut<[T]> {}
+impl<T: Item, const N: usize> Store<T> for Table<T, N> {}
 
 /// What a table can hold.
-pub trait Item: Copy + Empty + core::fmt::Debug {}
-impl<T: Copy + Empty + core::fmt::Debug> Item for T {}
+pub trait Item: Copy + Empty + core::fmt::Debug + Send + Sync + 'static {}
+impl<T: Copy + Empty + core::fmt::Debug + Send + Sync + 'static> Item for T {}
 
 /// How many of everything; implemented by [`Caps`] alone.
-pub trait Capacity: Copy + core::fmt::Debug + 'static {
+pub trait Capacity: Copy + core::fmt::Debug + Send + Sync + 'static {
     /// Tasks.
     const TASKS: usize;
     /// Nodes of one task's graph, all versions together.
@@ -100,7 +100,7 @@ pub trait Capacity: Copy + core::fmt::Debug + 'static {
     /// One word per 64 nodes.
     type Words: Store<u64>;
     /// The event ring.
-    type Events<T: Item>: AsRef<[T]> + AsMut<[T]> + Copy + Empty + core::fmt::Debug;
+    type Events<T: Item>: Item + AsRef<[T]> + AsMut<[T]>;
 }
 
 /// The capacities of one scheduler, in its type.

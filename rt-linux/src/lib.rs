@@ -26,16 +26,23 @@
 //! without it has a best-effort run: lanes share CPUs, take the [`pi_lock::PiLock`] and never spin.
 #![deny(unsafe_code)]
 
+pub mod allocations;
 pub mod bell;
 pub mod clock;
+pub mod handler;
+mod lane;
 pub mod pi_lock;
 pub mod placement;
 pub mod preflight;
 mod primitive;
+pub mod report;
+pub mod runtime;
+mod seat;
 pub mod setup;
 pub mod sleeper;
 pub mod spin_lead;
 pub mod stop;
 mod sys;
+pub mod timeline;
 pub mod usage;
 pub mod watchdog;

@@ -55,6 +55,21 @@ impl<T> PiLock<T> {
     }
 }
 
+impl<T> red_core::sync::Exclusive<T> for PiLock<T> {
+    /// # Panics
+    /// Without priority-inheriting futexes in the kernel; hosts ask for one with [`PiLock::new`] first.
+    fn new(value: T) -> Self {
+        match Self::new(value) {
+            Ok(lock) => lock,
+            Err(e) => panic!("{e}"),
+        }
+    }
+
+    fn with<R>(&self, f: impl FnOnce(&mut T) -> R) -> R {
+        f(&mut self.lock())
+    }
+}
+
 impl<T> fmt::Debug for PiLock<T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("PiLock").finish_non_exhaustive()

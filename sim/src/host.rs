@@ -372,7 +372,7 @@ impl<'a> Host<'a> {
             policy: self.options.policy.name(),
             seed: self.options.seed,
             horizon_ns: self.options.horizon_ns,
-            tasks: named.map(|(task, log)| summarise(&task.name, log, self.horizon)).collect(),
+            tasks: named.map(|(task, log)| summarise(&task.name, log, self.horizon, self.horizon)).collect(),
             nodes_missed: self.nodes_missed,
             units_dispatched: counters.units,
             encoder_runs_saved: counters.encoder_runs_saved,

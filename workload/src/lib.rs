@@ -20,6 +20,7 @@ mod graph;
 pub mod build;
 pub mod metrics;
 pub mod model;
+pub mod plan;
 pub mod policy;
 mod read;
 mod text;

@@ -143,10 +143,10 @@ pub fn quality(lambda: f64, tardiness_ns: u64) -> f64 {
     1.0 / (1.0 + lambda.exp() * (tardiness_ns as f64) * 1e-9)
 }
 
-/// Counts the jobs that were released before `horizon`.
+/// Counts the jobs that were released before `until`, by what happened to them before `end`.
 #[must_use]
-pub fn summarise(name: &str, log: &TaskLog, horizon: Instant) -> TaskMetrics {
-    let horizon = horizon.as_nanos();
+pub fn summarise(name: &str, log: &TaskLog, until: Instant, end: Instant) -> TaskMetrics {
+    let (until, end) = (until.as_nanos(), end.as_nanos());
     let mut responses = Vec::new();
     let mut tardiness = Vec::new();
     let mut scores = Vec::new();
@@ -161,9 +161,9 @@ pub fn summarise(name: &str, log: &TaskLog, horizon: Instant) -> TaskMetrics {
         tardiness_ns: Tardiness::default(),
         qoe: BTreeMap::new(),
     };
-    for job in log.jobs.iter().filter(|job| job.release_ns < horizon) {
+    for job in log.jobs.iter().filter(|job| job.release_ns < until) {
         metrics.released += 1;
-        let ended = job.at_ns.filter(|at| *at < horizon || job.shed == Some(ShedReason::Full));
+        let ended = job.at_ns.filter(|at| *at < end || job.shed == Some(ShedReason::Full));
         match (ended, job.shed) {
             (Some(_), Some(_)) => {
                 metrics.shed += 1;
@@ -178,7 +178,7 @@ pub fn summarise(name: &str, log: &TaskLog, horizon: Instant) -> TaskMetrics {
                 tardiness.push(late);
                 scores.push(Some(late));
             }
-            (None, _) if job.deadline_ns < horizon => {
+            (None, _) if job.deadline_ns < end => {
                 metrics.missed += 1;
                 scores.push(None);
             }

@@ -11,9 +11,10 @@ fn pops_in_order<Q: ReadyQueue>() {
 }
 
 #[test]
-fn both_forms_of_the_peer_order_and_rekey() {
+fn every_queue_orders_and_rekeys() {
     pops_in_order::<Orx<u64>>();
     pops_in_order::<Orx<u128>>();
+    pops_in_order::<Ours<4>>();
 }
 
 #[test]

@@ -116,8 +116,8 @@ impl<C: Capacity> Scheduler<C> {
                 job.ready.insert(s);
             }
         });
-        let is_decoder = version.decoders.contains(rank);
-        let has_encoders = !version.encoders.is_empty();
+        let is_decoder = version.has_roles && version.decoders.contains(rank);
+        let has_encoders = version.has_roles && !version.encoders.is_empty();
         let is_last = job.left == 0;
         if job.reruns {
             self.unready_done(slot);

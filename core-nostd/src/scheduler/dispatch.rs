@@ -1,11 +1,12 @@
 //! `poll`: the only place that picks what runs.
 
 use super::Scheduler;
-use super::action::Action;
+use super::action::{Action, Dispatch};
 use crate::capacity::Capacity;
-use crate::id::UnitId;
+use crate::id::{LaneId, UnitId};
 use crate::scheduler::complete::CompleteError;
 use crate::time::Instant;
+use core::convert::identity;
 
 impl<C: Capacity> Scheduler<C> {
     /// The next thing to do, or `None` until something happens or `poll_at` comes. Never blocks; between two
@@ -16,7 +17,15 @@ impl<C: Capacity> Scheduler<C> {
     #[inline]
     pub fn poll(&mut self, now: Instant) -> Option<Action> {
         let now = self.advance(now);
-        self.next(now, 0)
+        self.next(now, 0, identity)
+    }
+
+    /// `poll` for a lane that asks for itself: it is preferred among the free lanes of its pool.
+    #[must_use = "an action that is not carried out is lost"]
+    #[inline]
+    pub fn poll_on(&mut self, lane: LaneId, now: Instant) -> Option<Action> {
+        let now = self.advance(now);
+        self.next(now, 1u32.checked_shl(lane.index() as u32).unwrap_or(0), identity)
     }
 
     /// `complete` and the first `poll` in one, for a lane that asks for its own next unit: that lane is
@@ -28,26 +37,34 @@ impl<C: Capacity> Scheduler<C> {
     pub fn complete_and_poll(&mut self, unit: UnitId, now: Instant) -> Result<Option<Action>, CompleteError> {
         self.complete(unit, now)?;
         let now = self.now;
-        Ok(self.next(now, 1 << unit.lane().index()))
+        self.next(now, 1 << unit.lane().index(), Ok)
     }
 
+    /// `answer` wraps the action where it is made: wrapped afterwards it would be copied.
     #[inline(always)]
-    fn next(&mut self, now: Instant, prefer: u32) -> Option<Action> {
+    fn next<R>(&mut self, now: Instant, prefer: u32, answer: impl Fn(Option<Action>) -> R) -> R {
         if now >= self.alarm {
             self.monitor_and_shed();
         }
         if self.ended != 0 {
-            return self.take_outcome().map(Action::Ended);
+            return answer(self.take_outcome().map(Action::Ended));
         }
         // Each round starts a unit or closes a pool until the next event: at most LANES + POOLS rounds.
         while self.active != 0 {
             let pool = if C::POOLS == 1 { 0 } else { self.active.trailing_zeros() as usize };
-            if let Some(action) = self.fill(pool, prefer) {
-                return Some(action);
+            let free = self.pools[pool].free;
+            if free != 0 {
+                if let Some(unit) = self.fill(pool, free, prefer) {
+                    return answer(Some(Action::Dispatch(Dispatch { unit, lane: unit.lane() })));
+                }
+            } else if self.config.preempt
+                && let Some(action) = self.preempt(pool)
+            {
+                return answer(Some(action));
             }
             self.active &= !(1 << pool);
         }
-        None
+        answer(None)
     }
 
     /// Re-assignment before a dispatch: every job's ready nodes by what remains of it now.
@@ -60,13 +77,9 @@ impl<C: Capacity> Scheduler<C> {
         self.stale_keys = false;
     }
 
-    /// Starts one unit in a pool.
+    /// Starts one unit in a pool that has `free` lanes.
     #[inline(always)]
-    fn fill(&mut self, pool: usize, prefer: u32) -> Option<Action> {
-        let free = self.pools[pool].free;
-        if free == 0 {
-            return if self.config.preempt { self.preempt(pool) } else { None };
-        }
+    fn fill(&mut self, pool: usize, free: u32, prefer: u32) -> Option<UnitId> {
         if self.stale_keys && self.queued_in(pool) > 0 {
             self.reassign();
         }
@@ -75,7 +88,8 @@ impl<C: Capacity> Scheduler<C> {
         let wanted = free & prefer;
         let lane = if wanted != 0 { wanted.trailing_zeros() } else { free.trailing_zeros() } as usize;
         let version = self.version(slot);
-        if version.encoders.contains(rank) || version.decoders.contains(rank) || self.pools[pool].limited {
+        let has_role = version.has_roles && (version.encoders.contains(rank) || version.decoders.contains(rank));
+        if has_role || self.pools[pool].limited {
             return self.start_with_care(pool, slot, rank, lane);
         }
         Some(self.start(slot, rank, lane))

@@ -72,7 +72,7 @@ impl<C: Capacity> Scheduler<C> {
             slot = self.pick(pool)?;
             rank = self.head_of(slot, pool)?;
         }
-        None
+        self.fits(pool, slot, rank).then_some((slot, rank))
     }
 
     fn may_go(&self, place: usize, rest: Rest, slot: usize, rank: usize) -> bool {
@@ -94,14 +94,7 @@ impl<C: Capacity> Scheduler<C> {
     fn evict(&mut self, place: usize) {
         self.counters.evictions += 1;
         for slot in self.slots() {
-            let version = self.version(slot);
-            let lost = version.encoders.iter().find(|e| {
-                let job = &self.jobs[slot];
-                job.done.contains(*e)
-                    && usize::from(job.place[*e]) == place + 1
-                    && !version.decoders_of(*e).without(&job.done).is_empty()
-            });
-            if let Some(e) = lost {
+            while let Some(e) = self.reader(slot, place) {
                 self.note(EventKind::Evicted, slot, e, 0);
                 let job = &mut self.jobs[slot];
                 let version = &self.tasks[usize::from(job.task)].versions[usize::from(job.version)];
@@ -113,11 +106,23 @@ impl<C: Capacity> Scheduler<C> {
                 job.ready = job.ready.without(&version.successors[e]);
                 job.ready.insert(e);
                 job.reruns = true;
+                // More is left of the job than when it was last looked at.
+                job.behind = true;
                 self.requeue(slot);
             }
         }
         self.free_output(place);
         self.alarm = crate::time::Instant::ZERO;
+    }
+
+    /// An encoder of a job whose decoders still need the result.
+    fn reader(&self, slot: usize, place: usize) -> Option<usize> {
+        let (job, version) = (&self.jobs[slot], self.version(slot));
+        version.encoders.iter().find(|e| {
+            job.done.contains(*e)
+                && usize::from(job.place[*e]) == place + 1
+                && !version.decoders_of(*e).without(&job.done).is_empty()
+        })
     }
 
     /// After a second end of an encoder: what was done or runs already is not ready.

@@ -2,7 +2,6 @@
 //! a result lives.
 
 use super::Scheduler;
-use super::action::Action;
 use super::bits;
 use super::complete::CompleteError;
 use super::event::EventKind;
@@ -16,11 +15,11 @@ use crate::policy::merge::{Candidate, join, window_of};
 impl<C: Capacity> Scheduler<C> {
     /// Starts an encoder, a decoder, or any node of a pool with a memory budget.
     #[inline(never)]
-    pub(super) fn start_with_care(&mut self, pool: usize, slot: usize, rank: usize, lane: usize) -> Option<Action> {
+    pub(super) fn start_with_care(&mut self, pool: usize, slot: usize, rank: usize, lane: usize) -> Option<UnitId> {
         let limited = self.pools[pool].limited;
         let (slot, rank) = if limited { self.fitting(pool, slot, rank)? } else { (slot, rank) };
         let memory = self.node(slot, rank).memory.0;
-        let action = self.start(slot, rank, lane);
+        let unit = self.start(slot, rank, lane);
         if limited {
             self.lanes[lane].memory = memory;
             self.pools[pool].used += memory;
@@ -33,7 +32,7 @@ impl<C: Capacity> Scheduler<C> {
             self.lanes[lane].output = u16::from(output);
         }
         self.requeue(slot);
-        Some(action)
+        Some(unit)
     }
 
     /// What a job's encoder computes, if the rank is one.
@@ -182,13 +181,14 @@ impl<C: Capacity> Scheduler<C> {
                 if l.is_encoder {
                     self.jobs[slot].place[rank] = output.map_or(0, |place| place as u8 + 1);
                 }
-                if first {
-                    self.done(slot, rank, lane);
-                } else {
-                    self.counters.encoder_runs_saved += 1;
+                // A merged unit took the longest of its members: no sample of an execution alone.
+                if l.merged {
+                    self.counters.encoder_runs_saved += u64::from(!first);
                     self.note(EventKind::Completed, slot, rank, lane);
                     self.jobs[slot].running.remove(rank);
                     self.settle_node(slot, rank);
+                } else {
+                    self.done(slot, rank, lane);
                 }
                 first = false;
             }

@@ -1,7 +1,6 @@
 //! Lanes and the units that run on them.
 
 use super::Scheduler;
-use super::action::{Action, Dispatch};
 use super::event::EventKind;
 use super::bits;
 use crate::capacity::{Capacity, Empty};
@@ -150,7 +149,7 @@ impl<C: Capacity> Scheduler<C> {
 
     /// Gives a ready rank a lane. Members of a merged unit join with `merge_into` afterwards.
     #[inline(always)]
-    pub(super) fn start(&mut self, slot: usize, rank: usize, lane: usize) -> Action {
+    pub(super) fn start(&mut self, slot: usize, rank: usize, lane: usize) -> UnitId {
         let node = self.version(slot).order[rank];
         let job = &mut self.jobs[slot];
         job.ready.remove(rank);
@@ -173,7 +172,34 @@ impl<C: Capacity> Scheduler<C> {
         self.pools[usize::from(l.pool)].free &= !(1 << lane);
         self.note(EventKind::Started, slot, rank, lane);
         crate::fmt::trace!("start {} on {}", unit, lane);
-        Action::Dispatch(Dispatch { unit, lane: LaneId::new(lane as u8) })
+        unit
+    }
+
+    /// Takes an idle lane out of its pool, because its thread is lost; `false` if it runs something or there is
+    /// no such lane. A pool without lanes starts nothing.
+    pub fn retire_lane(&mut self, lane: LaneId) -> bool {
+        let l = lane.index();
+        let idle = l < usize::from(self.lane_count) && !self.lanes[l].is_busy();
+        if idle {
+            let pool = &mut self.pools[usize::from(self.lanes[l].pool)];
+            pool.free &= !(1 << l);
+            pool.lanes &= !(1 << l);
+        }
+        idle
+    }
+
+    /// Puts a retired lane back; `false` if it was not retired.
+    pub fn restore_lane(&mut self, lane: LaneId) -> bool {
+        let l = lane.index();
+        if l >= usize::from(self.lane_count) {
+            return false;
+        }
+        let pool = &mut self.pools[usize::from(self.lanes[l].pool)];
+        let retired = pool.lanes >> l & 1 == 0;
+        pool.lanes |= 1 << l;
+        pool.free |= u32::from(retired) << l;
+        self.active |= 1 << self.lanes[l].pool;
+        retired
     }
 
     /// Frees a lane and the memory of its unit.

@@ -18,7 +18,9 @@ pub(super) struct Version<C: Capacity> {
     /// Hot: what completing and dispatching a node reads.
     pub(super) len: u16,
     /// Jobs in flight that have this version.
-    pub(super) users: u16,
+    pub(super) users: u8,
+    /// Whether a node is an encoder or a decoder.
+    pub(super) has_roles: bool,
     /// Pools that its nodes use, a bit each.
     pub(super) pool_mask: u32,
     /// Relative latest start of the most pressing node: D less the critical path.
@@ -68,6 +70,7 @@ impl<C: Capacity> Version<C> {
             if new.indegree[rank] == 0 {
                 new.sources.insert(rank);
             }
+            new.has_roles |= dag.at(node).role != Role::Ordinary;
             match dag.at(node).role {
                 Role::SharedEncoder(_) => new.encoders.insert(rank),
                 Role::Decoder => new.decoders.insert(rank),
@@ -112,6 +115,7 @@ impl<C: Capacity> Empty for Version<C> {
     const EMPTY: Self = Self {
         len: 0,
         users: 0,
+        has_roles: false,
         pool_mask: 0,
         slack: 0,
         sources: NodeSet::EMPTY,

@@ -4,6 +4,19 @@ use super::job::{FrameKey, Job, State};
 use super::{Sim, SubId};
 use crate::graph::Role;
 
+/// Which outputs go when nothing runs in a pool and its head does not fit.
+#[derive(Clone, Copy)]
+pub(super) enum Eviction {
+    WithoutReadyDecoder,
+    NotReadByHead,
+    All,
+}
+
+impl Eviction {
+    /// One after the other, until the head fits.
+    pub(super) const STAGES: [Self; 3] = [Self::WithoutReadyDecoder, Self::NotReadByHead, Self::All];
+}
+
 impl Sim<'_> {
     pub(super) fn is_cached(&self, key: &FrameKey) -> bool {
         self.cached.iter().any(|output| output.key == *key)
@@ -19,6 +32,7 @@ impl Sim<'_> {
         while let Some((job, node)) = self.next_hit() {
             let job = &mut self.jobs[job];
             job.state[node] = State::Done;
+            job.started = true;
             let id: SubId = (job.task, job.index, node);
             let graph = std::rc::Rc::clone(&job.graph);
             self.outcome.row(self.workload, id, &graph, None, now, now);
@@ -47,32 +61,29 @@ impl Sim<'_> {
         });
     }
 
-    /// Outputs in `pool` without a ready or running decoder.
-    fn evictable(&self, pool: usize) -> Vec<FrameKey> {
-        let needed = |key: &FrameKey| {
-            self.jobs.iter().any(|job| {
-                job.sharing(key, Role::Decoder)
-                    .any(|node| matches!(job.state[node], State::Running(_)) || job.is_ready(node, false))
-            })
-        };
-        let outputs = self.cached.iter().filter(|output| output.pool == pool && !needed(&output.key));
-        outputs.map(|output| output.key.clone()).collect()
-    }
-
-    /// Bytes that an eviction in `pool` frees.
-    pub(super) fn evictable_memory(&self, pool: usize) -> u64 {
-        let keys = self.evictable(pool);
-        self.cached.iter().filter(|output| keys.contains(&output.key)).map(|output| output.memory).sum()
-    }
-
-    /// Evicts them; their encoders run again where a decoder still needs them.
-    pub(super) fn evict(&mut self, pool: usize) {
-        let evicted = self.evictable(pool);
-        self.cached.retain(|output| !evicted.contains(&output.key));
+    /// Evicts outputs of `pool`; their encoders run again where a decoder still needs them.
+    pub(super) fn evict(&mut self, pool: usize, eviction: Eviction, head: SubId) {
+        let here = self.cached.iter().filter(|output| output.pool == pool);
+        let evicted: Vec<FrameKey> =
+            here.map(|output| output.key.clone()).filter(|key| self.may_go(key, eviction, head)).collect();
+        self.cached.retain(|output| output.pool != pool || !evicted.contains(&output.key));
         for job in &mut self.jobs {
             for key in &evicted {
                 rerun(job, key);
             }
+        }
+    }
+
+    fn may_go(&self, key: &FrameKey, eviction: Eviction, (task, index, node): SubId) -> bool {
+        match eviction {
+            Eviction::WithoutReadyDecoder => !self
+                .jobs
+                .iter()
+                .any(|job| job.sharing(key, Role::Decoder).any(|decoder| job.is_ready(decoder, false))),
+            Eviction::NotReadByHead => !self
+                .job(task, index)
+                .is_some_and(|job| job.sharing(key, Role::Decoder).any(|decoder| decoder == node)),
+            Eviction::All => true,
         }
     }
 }

@@ -1,5 +1,6 @@
 //! Filling lanes: the queue of a pool, memory, merging, the barrier grid.
 
+use super::cache::Eviction;
 use super::job::{Job, State, SubId};
 use super::{MERGE_WINDOW_NS, Sim, Unit, keys};
 use crate::graph::Role;
@@ -12,8 +13,6 @@ struct Pick {
     id: SubId,
     /// The head that it overtakes.
     overtakes: Option<SubId>,
-    /// Evict outputs first.
-    evict: bool,
 }
 
 impl Sim<'_> {
@@ -54,14 +53,18 @@ impl Sim<'_> {
                     keys::reassign(job, now);
                 }
             }
-            let Some(pick) = self.pick(pool) else { return };
-            if pick.evict {
-                self.evict(pool);
+            if let Some(pick) = self.pick(pool) {
+                if let Some(head) = pick.overtakes {
+                    self.note_overtaking(head);
+                }
+                self.start(pool, lane, pick.id, now);
+            } else if let Some(head) = self.make_room(pool) {
+                self.start(pool, lane, head, now);
+                // Encoders that run again have made jobs longer.
+                self.shed(now, false);
+            } else {
+                return;
             }
-            if let Some(head) = pick.overtakes {
-                self.note_overtaking(head);
-            }
-            self.start(pool, lane, pick.id, now);
         }
     }
 
@@ -87,28 +90,36 @@ impl Sim<'_> {
         self.policy.caches() && job.graph.nodes[node].role == Role::Encoder && running()
     }
 
-    /// The head of the queue if it fits; else what may overtake it; else, where nothing runs, the head after
-    /// an eviction.
+    /// The head of the queue if it fits; else what may overtake it.
     fn pick(&self, pool: usize) -> Option<Pick> {
         let queue = self.queue(pool);
         let (&head, later) = queue.split_first()?;
         let used = self.memory_used(pool);
         let fits = |id: SubId, used: u64| self.fits(pool, used, self.memory_of(id));
         if fits(head, used) {
-            return Some(Pick { id: head, overtakes: None, evict: false });
+            return Some(Pick { id: head, overtakes: None });
         }
         let overtaken = self.overtaken.iter().find(|(id, _)| *id == head).map_or(0, |(_, count)| *count);
         let follower = later.iter().copied().find(|&id| fits(id, used));
-        if let Some(id) = follower.filter(|_| overtaken < self.workload.pools[pool].lanes) {
-            return Some(Pick { id, overtakes: Some(head), evict: false });
+        let follower = follower.filter(|_| overtaken < self.workload.pools[pool].lanes)?;
+        Some(Pick { id: follower, overtakes: Some(head) })
+    }
+
+    /// The head, after outputs of its pool went; nothing while something runs there. Encoders that run again
+    /// may be the new head, and once all outputs are gone any head fits.
+    fn make_room(&mut self, pool: usize) -> Option<SubId> {
+        if self.running.iter().any(|unit| unit.pool == pool) {
+            return None;
         }
-        let idle = self.running.iter().all(|unit| unit.pool != pool);
-        let freed = self.evictable_memory(pool);
-        (idle && freed > 0 && fits(head, used - freed)).then_some(Pick {
-            id: head,
-            overtakes: None,
-            evict: true,
-        })
+        for eviction in Eviction::STAGES {
+            let head = *self.queue(pool).first()?;
+            self.evict(pool, eviction, head);
+            let fits = self.fits(pool, self.memory_used(pool), self.memory_of(head));
+            if fits && self.queue(pool).contains(&head) {
+                return Some(head);
+            }
+        }
+        self.queue(pool).first().copied()
     }
 
     fn note_overtaking(&mut self, head: SubId) {
@@ -152,6 +163,7 @@ impl Sim<'_> {
             let (task, index, node) = id;
             let job = self.job_mut(task, index).expect("queued jobs are in flight");
             job.state[node] = State::Running(now);
+            job.started = true;
             let graph = std::rc::Rc::clone(&job.graph);
             self.outcome.row(self.workload, id, &graph, Some(lane), now, unit.finish);
         }

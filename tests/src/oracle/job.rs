@@ -41,6 +41,8 @@ pub(super) struct Job {
     pub(super) graph: Rc<Graph>,
     pub(super) heights: Vec<usize>,
     pub(super) state: Vec<State>,
+    /// Whether any node ever started, or took a kept output.
+    pub(super) started: bool,
     /// Dispatch key of each node, on the time axis.
     pub(super) keys: Vec<i128>,
     /// a + D - tail of each node.
@@ -52,10 +54,6 @@ pub(super) struct Job {
 impl Job {
     pub(super) fn is_complete(&self) -> bool {
         self.state.iter().all(|&state| state == State::Done)
-    }
-
-    pub(super) fn has_started(&self) -> bool {
-        self.state.iter().any(|&state| state != State::Waiting)
     }
 
     /// Not started, every predecessor done, and under a level gate every lower level done.
@@ -76,9 +74,22 @@ impl Job {
         })
     }
 
+    /// The longest path over `weights` after each node, through what is not done: behind an encoder that runs
+    /// again there may be decoders that did.
+    pub(super) fn remaining_tails(&self, weights: &[u64]) -> Vec<u64> {
+        let mut tails = vec![0; weights.len()];
+        for &v in self.graph.order.iter().rev() {
+            let left = self.graph.nodes[v].succs.iter().filter(|&&s| self.state[s] != State::Done);
+            tails[v] = left.map(|&s| weights[s] + tails[s]).max().unwrap_or(0);
+        }
+        tails
+    }
+
     /// The longest path over `weights`, which are 0 for what is done.
     pub(super) fn remaining_path(&self, weights: &[u64]) -> i128 {
-        i128::from(self.graph.longest_path(weights))
+        let tails = self.remaining_tails(weights);
+        let remain = (0..weights.len()).filter(|&v| self.state[v] != State::Done);
+        i128::from(remain.map(|v| weights[v] + tails[v]).max().unwrap_or(0))
     }
 }
 

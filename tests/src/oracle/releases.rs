@@ -100,6 +100,7 @@ impl Sim<'_> {
             version: self.tasks[task].version,
             heights: graph.heights(|_| true),
             state: vec![State::Waiting; graph.nodes.len()],
+            started: false,
             keys: keys::at_release(self.policy, &graph, now, deadline),
             latest_finish: tails.iter().map(|&tail| due - i128::from(tail)).collect(),
             frames: job::frames(self.workload, &graph, task, index, now),

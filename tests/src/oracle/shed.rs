@@ -79,7 +79,7 @@ impl Sim<'_> {
         };
         let nodes = 0..job.state.len();
         let weights: Vec<u64> = nodes.clone().map(left).collect();
-        let tails = job.graph.tails(&weights);
+        let tails = job.remaining_tails(&weights);
         let alone = nodes.filter_map(|node| Some(i128::from(elsewhere(node)?) + i128::from(tails[node])));
         alone.fold(job.remaining_path(&weights), i128::max)
     }
@@ -89,7 +89,7 @@ impl Sim<'_> {
     fn drop_least_valuable(&mut self, now: u64) {
         while self.jobs.iter().any(|job| is_lost_at_wcet(job, now)) {
             let work = |job: &Job| job.graph.costs().into_iter().sum::<u64>();
-            let candidates = self.jobs.iter().filter(|job| !job.has_started() && self.floor_allows(job));
+            let candidates = self.jobs.iter().filter(|job| !job.started && self.floor_allows(job));
             let rank = |job: &&Job| {
                 let value = self.workload.tasks[job.task].value;
                 (value, Reverse(work(job)), Reverse(job.release), Reverse(job.task))

@@ -1,0 +1,123 @@
+//! `redrt demo`: the paper's obstacle-cruising pipeline with real networks on real threads, under EDF and then
+//! under REDRT.
+//!
+//! Lane detection, then segmentation, then cruise control; while an obstacle is in sight, object detection runs
+//! beside segmentation. Each is one call of the same multi-task network, so EDF computes the shared encoder in
+//! every call, and REDRT once per frame.
+
+mod models;
+mod scene;
+
+use crate::options;
+use crate::outcome::{Answer, Failure};
+use crate::output;
+use crate::run::{watch, write_trace};
+use crate::session::{Options, RunSummary, Session};
+use crate::table::{Table, time};
+use models::Models;
+use red_workload::policy::Policy;
+use scene::Costs;
+use serde::Serialize;
+use std::fs;
+use std::path::PathBuf;
+
+/// Runs the obstacle-cruising pipeline on this machine, first under EDF and then under REDRT.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Example:
+  redrt demo --duration 10s")]
+pub(crate) struct Args {
+    /// Time per policy.
+    #[arg(long, value_name = "TIME", default_value = "10s", value_parser = options::time_ns)]
+    duration: u64,
+    /// Folder for the traces.
+    #[arg(long, value_name = "FOLDER", default_value = "redrt-demo")]
+    out: PathBuf,
+    /// Print one JSON object.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Both policies, in turn.
+const POLICIES: [Policy; 2] = [Policy::Edf, Policy::Redrt];
+
+#[derive(Serialize)]
+struct Runs<'a> {
+    runs: Vec<&'a RunSummary>,
+}
+
+/// Measures, runs, compares.
+pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
+    if args.duration == 0 {
+        return Err(Failure::Input("--duration 0s is no run; give it a time such as 10s".to_owned()));
+    }
+    let models = Models::unpack()?;
+    let costs = Costs::measure(models.folder())?;
+    let lanes = scene::lanes()?;
+    let plan = scene::plan(&costs, lanes, args.duration);
+    output::note(&plan.explained);
+    let workload = red_workload::parse(plan.file.as_bytes(), red_workload::Format::Toml, "the demo's workload")?;
+    let mut sessions = Vec::new();
+    for policy in POLICIES {
+        let options = Options {
+            policy,
+            duration_ns: args.duration,
+            best_effort: true,
+            folder: models.folder(),
+            trace: true,
+            obstacle_ns: Some(plan.obstacle_ns),
+        };
+        let session = watch(&workload, &options)?;
+        let stopped = session.summary.stopped_by.is_some();
+        sessions.push(session);
+        if stopped {
+            break;
+        }
+    }
+    let mut traces = Vec::new();
+    fs::create_dir_all(&args.out)
+        .map_err(|e| Failure::Machine(format!("cannot make the folder {}: {e}; choose another with --out", args.out.display())))?;
+    for session in &sessions {
+        let path = args.out.join(format!("{}.trace.json", session.summary.report.policy));
+        write_trace(&path, &workload, session)?;
+        traces.push(path);
+    }
+    if args.json {
+        output::json(&Runs { runs: sessions.iter().map(|s| &s.summary).collect() })?;
+    } else {
+        output::line(&text(&sessions, &traces))?;
+    }
+    Ok(Answer::Yes)
+}
+
+/// The comparison: a row per figure, a column per policy.
+fn text(sessions: &[Session], traces: &[PathBuf]) -> String {
+    let runs: Vec<&RunSummary> = sessions.iter().map(|s| &s.summary).collect();
+    let titles: Vec<String> = runs.iter().map(|run| run.report.policy.to_uppercase()).collect();
+    let head: Vec<&str> = std::iter::once("").chain(titles.iter().map(String::as_str)).collect();
+    let mut table = Table::new(&head);
+    let mut row = |title: &str, cell: &dyn Fn(&RunSummary) -> String| {
+        table.row(std::iter::once(title.to_owned()).chain(runs.iter().map(|run| cell(run))));
+    };
+    let sum = |run: &RunSummary, of: fn(&red_workload::metrics::TaskMetrics) -> u64| -> u64 {
+        run.report.tasks.iter().map(of).sum()
+    };
+    let response = |run: &RunSummary| run.report.tasks.first().map(|t| t.response_ns).unwrap_or_default();
+    row("jobs released", &|run| sum(run, |t| t.released).to_string());
+    row("on time", &|run| sum(run, |t| t.on_time).to_string());
+    row("missed", &|run| sum(run, |t| t.missed).to_string());
+    row("  of them given up (shed)", &|run| sum(run, |t| t.shed).to_string());
+    row("response time, median", &|run| time(response(run).p50));
+    row("response time, p99", &|run| time(response(run).p99));
+    row("response time, max", &|run| time(response(run).max));
+    row("encoder runs saved", &|run| run.report.encoder_runs_saved.to_string());
+    row("units dispatched", &|run| run.report.units_dispatched.to_string());
+    row("scheduling cost per unit", &|run| time(Some(run.overhead_ns_per_unit)));
+    row("dispatch latency, p99", &|run| time(Some(run.dispatch_ns.p99)));
+    row("scheduler state", &|run| format!("{} bytes", run.scheduler_bytes));
+    row("allocations while running", &|run| run.allocations.to_string());
+    row("page faults while running", &|run| run.page_faults.to_string());
+    row("lanes", &|run| if run.realtime { "real time" } else { "BEST EFFORT" }.to_owned());
+    let traces: Vec<String> = traces.iter().map(|path| format!("trace: {}", path.display())).collect();
+    format!("{table}\n\n{}\nOpen a trace in ui.perfetto.dev: lanes are rows, arrows are edges of the graph.", traces.join("\n"))
+}

@@ -1,0 +1,137 @@
+//! The demo's workload, from what the networks cost on this machine.
+
+use crate::outcome::Failure;
+use red_bodies::onnx::{Engine, Rten, on_lane};
+use red_rt::placement::usable_cpus;
+use red_rt::setup::Fifo;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+/// EDF needs this many times the lanes while the obstacle is in sight, in percent.
+const EDF_LOAD_PERCENT: u64 = 120;
+/// The deadline is this many times one frame's work under EDF, in percent: with lanes to itself, EDF would be in
+/// time.
+const DEADLINE_PERCENT: u64 = 150;
+/// WCET over the median, in percent: what a busy machine adds now and then.
+const WCET_PERCENT: u64 = 200;
+/// The obstacle comes and leaves, in percent of the run.
+const OBSTACLE_PERCENT: (u64, u64) = (30, 60);
+/// Time for measuring, over all networks.
+const MEASURING: Duration = Duration::from_millis(1_600);
+const CAMERA_NS: u64 = 100_000;
+const ACTUATE_NS: u64 = 50_000;
+
+const NETWORKS: [&str; 5] = ["encoder", "lane", "segment", "detect", "control"];
+
+/// Median execution time of each network, in nanoseconds.
+pub(crate) struct Costs([u64; 5]);
+
+impl Costs {
+    /// Measures every network on a thread like a lane's, for less than 2 s in all.
+    pub(crate) fn measure(folder: &Path) -> Result<Self, Failure> {
+        let folder = folder.to_owned();
+        let measured = on_lane(move || {
+            // On the CPU that a lane would have; without the right, as an ordinary thread.
+            if let Some(cpu) = usable_cpus().ok().and_then(|cpus| cpus.last().copied()) {
+                let _granted = Fifo { priority: 60, cpu }.apply();
+            }
+            let mut medians = [0; 5];
+            for (name, median) in NETWORKS.iter().zip(&mut medians) {
+                let network = Rten.load(&folder.join(format!("{name}.onnx")))?;
+                let mut instance = network.instance()?;
+                let input = vec![0.5; network.input_len()];
+                let mut output = vec![0.0; network.output_len()];
+                let until = Instant::now() + MEASURING / NETWORKS.len() as u32;
+                let mut times = Vec::new();
+                // Three runs at least, also on a slow machine.
+                while times.len() < 3 || (Instant::now() < until && times.len() < 200) {
+                    let start = Instant::now();
+                    instance.run(&input, &mut output)?;
+                    times.push(u64::try_from(start.elapsed().as_nanos()).unwrap_or(u64::MAX));
+                }
+                times.sort_unstable();
+                *median = times[times.len() / 2];
+            }
+            Ok::<_, red_bodies::BodyError>(medians)
+        });
+        let failed = |e: red_bodies::BodyError| Failure::Machine(format!("cannot measure the networks: {e}"));
+        measured.map_err(failed)?.map(Self).map_err(failed)
+    }
+}
+
+/// As many lanes as there are usable CPUs less one, at least one.
+pub(crate) fn lanes() -> Result<u64, Failure> {
+    let cpus = usable_cpus().map_err(|e| Failure::Machine(e.to_string()))?;
+    Ok(cpus.len().saturating_sub(1).clamp(1, 32) as u64)
+}
+
+/// The demo's workload and why it is as it is.
+pub(crate) struct Plan {
+    /// As a workload file.
+    pub(crate) file: String,
+    /// In words.
+    pub(crate) explained: String,
+    /// While the obstacle is in sight.
+    pub(crate) obstacle_ns: (u64, u64),
+}
+
+/// Derives period and deadline from the costs.
+pub(crate) fn plan(costs: &Costs, lanes: u64, duration_ns: u64) -> Plan {
+    let [encoder, lane, segment, detect, control] = costs.0;
+    let heads = lane + segment + detect + control;
+    let fixed = CAMERA_NS + ACTUATE_NS;
+    let edf = fixed + 4 * encoder + heads;
+    let redrt = fixed + encoder + heads;
+    let period = (edf * 100 / EDF_LOAD_PERCENT / lanes).max(1);
+    let deadline = (edf * DEADLINE_PERCENT / 100).max(period);
+    let obstacle_ns = (duration_ns / 100 * OBSTACLE_PERCENT.0, duration_ns / 100 * OBSTACLE_PERCENT.1);
+    let wcet = |ns: u64| ns * WCET_PERCENT / 100;
+    let stage = |name: &str, head: u64| {
+        format!(
+            "mimonet = {{ weights = \"mimo\", frame = \"front\", encoder = {{ wcet = \"{}ns\", bcet = \"{}ns\", \
+             body = {{ onnx = \"encoder.onnx\" }} }}, decoders = [ {{ name = \"head\", wcet = \"{}ns\", \
+             body = {{ onnx = \"{name}.onnx\" }} }} ] }}",
+            wcet(encoder),
+            encoder / 2,
+            wcet(head)
+        )
+    };
+    let file = format!(
+        "[[pool]]\nname = \"cpu\"\nlanes = {lanes}\n\n\
+         [[task]]\nname = \"cruise\"\nperiod = \"{period}ns\"\ndeadline = \"{deadline}ns\"\n\n\
+         [[task.node]]\nname = \"camera\"\nwcet = \"{}ns\"\nbody = {{ spin = \"{CAMERA_NS}ns\" }}\n\n\
+         [[task.node]]\nname = \"lane\"\nafter = [\"camera\"]\n{}\n\n\
+         [[task.node]]\nname = \"segment\"\nafter = [\"lane\"]\n{}\n\n\
+         [[task.node]]\nname = \"control\"\nafter = [\"segment\"]\n{}\n\n\
+         [[task.node]]\nname = \"actuate\"\nafter = [\"control\"]\nwcet = \"{}ns\"\nbody = {{ spin = \"{ACTUATE_NS}ns\" }}\n\n\
+         [[event]]\nat = \"{}ns\"\ntask = \"cruise\"\nadd = [ {{ name = \"detect\", after = [\"lane\"], before = [\"control\"], {} }} ]\n\n\
+         [[event]]\nat = \"{}ns\"\ntask = \"cruise\"\nremove = [\"detect\"]\n",
+        wcet(CAMERA_NS),
+        stage("lane", lane),
+        stage("segment", segment),
+        stage("control", control),
+        wcet(ACTUATE_NS),
+        obstacle_ns.0,
+        stage("detect", detect),
+        obstacle_ns.1,
+    );
+    let ms = |ns: u64| ns as f64 / 1e6;
+    let explained = format!(
+        "measured here: encoder {:.2} ms; heads: lane {:.2}, segmentation {:.2}, objects {:.2}, control {:.2} ms\n\
+         one frame with the obstacle: {:.2} ms with the encoder in each of four calls, {:.2} ms with it once\n\
+         {lanes} lane{}, period {:.2} ms, deadline {:.2} ms: EDF needs {:.2} of the lanes, REDRT {:.2}",
+        ms(encoder),
+        ms(lane),
+        ms(segment),
+        ms(detect),
+        ms(control),
+        ms(edf),
+        ms(redrt),
+        if lanes == 1 { "" } else { "s" },
+        ms(period),
+        ms(deadline),
+        edf as f64 / (period * lanes) as f64,
+        redrt as f64 / (period * lanes) as f64,
+    );
+    Plan { file, explained, obstacle_ns }
+}

@@ -1,0 +1,82 @@
+//! `redrt doctor`: what this machine does to real time, and the cure.
+
+use crate::outcome::{Answer, Failure};
+use crate::output;
+use red_rt::preflight::{Finding, Severity, examine, measure};
+use serde::Serialize;
+use std::path::Path;
+use std::time::Duration;
+
+/// Long enough for the housekeeping of a kernel to show.
+const MEASUREMENT: Duration = Duration::from_secs(5);
+
+/// Checks every real-time precondition of this machine; each finding has its fix.
+#[derive(clap::Args)]
+#[command(after_help = "Exit status 1 if a check fails: the runtime would refuse to run in real time.
+
+Example:
+  redrt doctor --quick")]
+pub(crate) struct Args {
+    /// Only read settings; leave out the measurement of 5 seconds.
+    #[arg(long)]
+    quick: bool,
+    /// Print one JSON object.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Everything that was found.
+#[derive(Serialize)]
+struct Report<'a> {
+    pass: usize,
+    warn: usize,
+    fail: usize,
+    findings: Vec<Line<'a>>,
+}
+
+/// One finding.
+#[derive(Serialize)]
+struct Line<'a> {
+    id: &'a str,
+    severity: &'static str,
+    value: &'a str,
+    why: &'a str,
+    fix: &'a str,
+}
+
+/// Examines, measures and reports.
+pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
+    let mut findings = examine(Path::new("/"));
+    if !args.quick {
+        findings.extend(measure(MEASUREMENT));
+    }
+    let report = report(&findings);
+    if args.json {
+        output::json(&report)?;
+    } else {
+        let lines: String = findings.iter().map(|finding| format!("{finding}\n")).collect();
+        output::line(&format!("{lines}{} pass, {} warn, {} fail", report.pass, report.warn, report.fail))?;
+    }
+    Ok(Answer::of(report.fail == 0))
+}
+
+fn report<'a>(findings: &'a [Finding]) -> Report<'a> {
+    let count = |severity| findings.iter().filter(|finding| finding.severity == severity).count();
+    let line = |finding: &'a Finding| Line {
+        id: finding.id,
+        severity: match finding.severity {
+            Severity::Pass => "pass",
+            Severity::Warn => "warn",
+            Severity::Fail => "fail",
+        },
+        value: &finding.value,
+        why: finding.why,
+        fix: &finding.fix,
+    };
+    Report {
+        pass: count(Severity::Pass),
+        warn: count(Severity::Warn),
+        fail: count(Severity::Fail),
+        findings: findings.iter().map(line).collect(),
+    }
+}

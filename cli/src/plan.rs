@@ -1,0 +1,87 @@
+//! `redrt plan`: whether a workload fits, why, and what would make it fit.
+
+mod text;
+
+use crate::outcome::{Answer, Failure};
+use crate::output;
+use crate::progress;
+use red_sim::{Execution, Lab, Options, simulate};
+use red_workload::model::{Arrival, Workload};
+use red_workload::plan::{Guarantee, cures, plan};
+use red_workload::policy::Policy;
+use std::path::PathBuf;
+
+/// Shortest simulation that counts as evidence, unless it would be too long.
+const EVIDENCE_NS: u64 = 60_000_000_000;
+/// Longest simulation in sub-jobs: a few seconds.
+const MOST_SUB_JOBS: u128 = 2_000_000;
+
+/// Plans a workload: sub-deadlines by every rule, bounds, and whether it fits.
+#[derive(clap::Args)]
+#[command(after_help = "Exit status 0 if it fits, 1 if it does not.
+
+Example:
+  redrt plan examples/cruise.toml")]
+pub(crate) struct Args {
+    /// Workload file, TOML or YAML.
+    file: PathBuf,
+    /// Print one JSON object.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Plans and reports.
+pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
+    let workload = red_workload::load(&args.file)?;
+    let mut plan = plan::<Lab>(&workload)?;
+    if plan.admission.fits && plan.admission.guarantee != Guarantee::Analytic {
+        let on_time = progress::during("simulating", || is_on_time(&workload))?;
+        plan.admission.guarantee = if on_time { Guarantee::Empirical } else { Guarantee::BestEffort };
+    }
+    let cures = cures::<Lab>(&workload, &plan);
+    if args.json {
+        output::json(&plan)?;
+        text::refusal(&plan, &cures).iter().for_each(|line| output::note(line));
+    } else {
+        output::line(&text::text(&workload, &plan, &cures))?;
+    }
+    Ok(Answer::of(plan.admission.fits))
+}
+
+/// Whether a simulation under the default policy at WCET shows at least one job of each task, after every
+/// event too, and all of them on time.
+fn is_on_time(workload: &Workload) -> Result<bool, Failure> {
+    let horizon_ns = horizon_ns(workload);
+    let options = Options {
+        policy: Policy::default(),
+        horizon_ns,
+        seed: 1,
+        execution: Execution::Wcet,
+        preempt: false,
+        schedule: false,
+    };
+    let report = simulate(workload, &options)?;
+    let sees_events = workload.events.iter().all(|event| event.at_ns < horizon_ns);
+    Ok(sees_events && report.tasks.iter().all(|task| task.on_time > 0 && task.missed == 0))
+}
+
+/// Past the last event by two jobs of every task; shorter where that would take too long.
+fn horizon_ns(workload: &Workload) -> u64 {
+    let period = |arrival| match arrival {
+        Arrival::Periodic { period_ns: t } | Arrival::Sporadic { min_interarrival_ns: t } => Some(t),
+        Arrival::Once => None,
+    };
+    let last_event = workload.events.iter().map(|event| event.at_ns).max().unwrap_or(0);
+    let two_jobs = workload.tasks.iter().map(|task| {
+        let jobs = period(task.arrival).unwrap_or(0).saturating_mul(2).saturating_add(task.deadline_ns);
+        jobs.saturating_add(task.offset_ns).saturating_add(1)
+    });
+    let wanted = last_event.saturating_add(two_jobs.max().unwrap_or(0)).max(EVIDENCE_NS);
+    let sub_jobs = workload.tasks.iter().enumerate().map(|(i, task)| {
+        let added = workload.events.iter().filter(|event| event.task == i).flat_map(|event| &event.add);
+        let nodes = (task.nodes.len() + added.count()) as u128;
+        nodes * period(task.arrival).map_or(1, |period| u128::from(wanted / period) + 1)
+    });
+    let affordable = u128::from(wanted) * MOST_SUB_JOBS / sub_jobs.sum::<u128>().max(MOST_SUB_JOBS);
+    u64::try_from(affordable).unwrap_or(wanted)
+}

@@ -1,0 +1,155 @@
+//! A plan for people.
+
+use crate::table::{Table, signed, time};
+use red_core::Duration;
+use red_workload::model::{Arrival, Task, Workload};
+use red_workload::plan::{Cure, Guarantee, Plan, Proof, TaskPlan};
+
+/// The whole plan: tasks, pools, verdict.
+pub(super) fn text(workload: &Workload, plan: &Plan, cures: &[Cure]) -> String {
+    let mut parts: Vec<String> =
+        workload.tasks.iter().zip(&plan.tasks).map(|(task, planned)| of_task(workload, task, planned)).collect();
+    parts.push(pools(workload, plan).to_string());
+    parts.push(verdict(plan));
+    parts.push(refusal(plan, cures).join("\n"));
+    parts.retain(|part| !part.is_empty());
+    parts.join("\n\n")
+}
+
+/// Why it does not fit and what would make it fit, in lines; nothing where it fits.
+pub(super) fn refusal(plan: &Plan, cures: &[Cure]) -> Vec<String> {
+    if plan.admission.fits {
+        return Vec::new();
+    }
+    let missing = signed(-i128::from(plan.admission.margin_ns));
+    let unit = if plan.admission.binding.starts_with("utilisation") { " of lane time per second" } else { "" };
+    let mut lines = vec![format!("does not fit: {} exceeds its limit by {missing}{unit}", plan.admission.binding)];
+    match cures {
+        [] => lines.push("no single change of deadlines, periods, lanes or costs makes it fit".to_owned()),
+        _ => lines.push("any one of these makes it fit:".to_owned()),
+    }
+    lines.extend(cures.iter().map(|cure| format!("  {cure}")));
+    lines
+}
+
+fn of_task(workload: &Workload, task: &Task, planned: &TaskPlan) -> String {
+    let arrival = match task.arrival {
+        Arrival::Periodic { period_ns } => format!("period {}", Duration::from_nanos(period_ns)),
+        Arrival::Sporadic { min_interarrival_ns: t } => format!("min inter-arrival {}", Duration::from_nanos(t)),
+        Arrival::Once => "released once".to_owned(),
+    };
+    let head = format!(
+        "task `{}`: deadline {}, {arrival}, work {}, critical path {}",
+        task.name,
+        Duration::from_nanos(task.deadline_ns),
+        Duration::from_nanos(planned.work_ns),
+        Duration::from_nanos(planned.critical_path_ns),
+    );
+    let certificate = &planned.certificate;
+    let proofs = [&certificate.base].into_iter().chain(&certificate.changes);
+    let proofs: Vec<String> = proofs.enumerate().map(|(i, proof)| in_words(proof, i > 0)).collect();
+    let short: Vec<String> = planned
+        .levels
+        .iter()
+        .filter(|level| level.graham_ns > level.share_ns)
+        .map(|level| level.height.to_string())
+        .collect();
+    let by_level = match short.len() {
+        0 => "  by level: each level's Graham bound is within its share".to_owned(),
+        _ => format!("  by level: Graham bound above the share at height {}; not needed to fit", short.join(", ")),
+    };
+    let condition = if certificate.paper_condition { "holds" } else { "does not hold" };
+    let condition = format!("  paper's condition (ii), work <= lanes * deadline: {condition}; necessary only");
+    let tables = [levels(planned).to_string(), nodes(workload, planned).to_string()];
+    format!("{head}\n\n{}\n\n{}\n{by_level}\n{condition}", tables.join("\n\n"), proofs.join("\n"))
+}
+
+fn levels(planned: &TaskPlan) -> Table {
+    let mut table = Table::new(&["height", "cost", "share", "Graham bound"]);
+    for level in &planned.levels {
+        let times = [level.cost_ns, level.share_ns, level.graham_ns].map(|ns| time(Some(ns)));
+        table.row([level.height.to_string()].into_iter().chain(times));
+    }
+    table
+}
+
+fn nodes(workload: &Workload, planned: &TaskPlan) -> Table {
+    let mut table = Table::new(&[
+        "node", "height", "pool", "memory", "cost", "level sum", "level Graham", "path prop.", "latest finish",
+        "latest start",
+    ]);
+    for node in &planned.nodes {
+        let pool = workload.pools.get(node.pool).map_or("", |pool| &pool.name);
+        let names = [node.name.clone(), node.height.to_string(), pool.to_owned(), memory(node.memory_bytes)];
+        let due = [
+            i128::from(node.cost_ns),
+            node.level_sum_ns.into(),
+            node.level_graham_ns.into(),
+            node.path_proportional_ns.into(),
+            node.latest_finish_ns,
+            node.latest_start_ns,
+        ];
+        table.row(names.into_iter().chain(due.map(signed)));
+    }
+    table
+}
+
+/// A certificate in words: the bound, its numbers, and what it is held against.
+fn in_words(proof: &Proof, is_change: bool) -> String {
+    let when = if is_change { format!("after {}", Duration::from_nanos(proof.at_ns)) } else { "alone".to_owned() };
+    let (work, path) = (Duration::from_nanos(proof.work_ns), Duration::from_nanos(proof.critical_path_ns));
+    let bound = match proof.bound {
+        "several-pools" => format!("(1 - 1/{}) * L + the sum of W/m over its pools", proof.lanes),
+        "long-path" => format!("L + what is beside the {} longest disjoint paths", proof.paths),
+        _ => format!("L + (W - L)/m, m = {}", proof.lanes),
+    };
+    let verdict = if proof.fits { "within" } else { "above" };
+    let memory = if proof.memory_holds { "" } else { "; not sufficient, for nodes may wait for memory" };
+    format!(
+        "  {when}: response <= {} by {} ({bound}; W {work}, L {path}), {verdict} min(deadline, period) {}, margin \
+         {}{memory}",
+        Duration::from_nanos(proof.response_ns),
+        proof.bound,
+        Duration::from_nanos(proof.limit_ns),
+        signed(proof.margin_ns.into()),
+    )
+}
+
+fn pools(workload: &Workload, plan: &Plan) -> Table {
+    let mut table = Table::new(&["pool", "lanes", "memory", "largest node", "all nodes"]);
+    for (p, pool) in workload.pools.iter().enumerate() {
+        let here = || plan.tasks.iter().flat_map(|task| &task.nodes).filter(|node| node.pool == p);
+        let all = here().map(|node| node.memory_bytes).fold(0, u64::saturating_add);
+        let largest = here().map(|node| node.memory_bytes).max().unwrap_or(0);
+        let budget = pool.memory_bytes.map_or_else(|| "unlimited".to_owned(), memory);
+        table.row([pool.name.clone(), pool.lanes.to_string(), budget, memory(largest), memory(all)]);
+    }
+    table
+}
+
+fn verdict(plan: &Plan) -> String {
+    let admission = &plan.admission;
+    let worth = match admission.guarantee {
+        Guarantee::Analytic => "analytic: proved for every release offset and every execution time up to the WCET",
+        Guarantee::Empirical => "empirical: every test says yes and a simulation at WCET shows no miss; not a proof",
+        Guarantee::BestEffort => "best effort: no proof, and no simulation without a miss",
+    };
+    let fits = if admission.fits { "yes" } else { "no" };
+    format!(
+        "fits: {fits}\nguarantee: {worth}\nbinding: {}, margin {}\nscheduler state: {} bytes",
+        admission.binding,
+        signed(admission.margin_ns.into()),
+        plan.scheduler_bytes,
+    )
+}
+
+fn memory(bytes: u64) -> String {
+    let (count, unit) = match bytes {
+        0 => return "-".to_owned(),
+        b if b.is_multiple_of(1 << 30) => (b >> 30, "GiB"),
+        b if b.is_multiple_of(1 << 20) => (b >> 20, "MiB"),
+        b if b.is_multiple_of(1 << 10) => (b >> 10, "KiB"),
+        b => (b, "B"),
+    };
+    format!("{count} {unit}")
+}

@@ -1,0 +1,344 @@
+//! One run of a workload in real time: bodies, lanes, notes, figures. `run` and `demo` both drive it.
+
+pub(crate) mod bodies;
+pub(crate) mod host;
+pub(crate) mod trace;
+
+use bodies::{Bodies, BodiesError};
+use host::{Live, Notes};
+use red_bodies::onnx::on_lane;
+use red_bodies::plugin::Host as PluginHost;
+use red_core::{Config, Empty, Instant, Scheduler, TaskId};
+use red_rt::placement::{choose_cpus, usable_cpus};
+use red_rt::report::RunReport;
+use red_rt::runtime::{Control, Mode, Setup, run};
+use red_rt::setup::SetupError;
+use red_rt::timeline::Releases;
+use red_workload::build::{self, BuildError, Numbered};
+use red_workload::metrics::{TaskMetrics, summarise};
+use red_workload::model::{Arrival, PoolKind, Workload};
+use red_workload::policy::Policy;
+use serde::Serialize;
+use std::fmt;
+use std::path::Path;
+use std::sync::{Arc, OnceLock};
+
+/// Capacities of a run: the limits of a workload file.
+type Robot = red_core::Caps<16, 256, 64, 32, 32, 4, 4096>;
+
+/// Priority of the lanes: above the kernel's threaded interrupts at 50, below its watchdogs at 99.
+const PRIORITY: u8 = 70;
+/// Producer number of plugins.
+const PLUGINS: usize = 0;
+/// Events that a trace keeps at most.
+const TRACE_EVENTS: usize = 2_000_000;
+
+/// What to run, and how.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Options<'a> {
+    /// Policy.
+    pub(crate) policy: Policy,
+    /// Releases stop after this.
+    pub(crate) duration_ns: u64,
+    /// Go on without real-time rights.
+    pub(crate) best_effort: bool,
+    /// Folder that bodies' paths are relative to.
+    pub(crate) folder: &'a Path,
+    /// Whether to keep events for a trace.
+    pub(crate) trace: bool,
+    /// While an obstacle is in sight of the generated camera: from, until.
+    pub(crate) obstacle_ns: Option<(u64, u64)>,
+}
+
+/// A run could not start.
+#[derive(Debug)]
+pub(crate) enum SessionError {
+    /// The workload does not fit the executive.
+    Build(BuildError),
+    /// A body cannot run.
+    Bodies(BodiesError),
+    /// The machine lacks a right or a resource.
+    Machine(SetupError),
+    /// A pool of CUDA streams, and no CUDA lanes in this build.
+    Cuda(String),
+}
+
+impl SessionError {
+    /// 2: the file is at fault, 3: the machine is.
+    #[must_use]
+    pub(crate) const fn exit_code(&self) -> u8 {
+        match self {
+            Self::Build(_) | Self::Bodies(_) => 2,
+            Self::Machine(_) | Self::Cuda(_) => 3,
+        }
+    }
+}
+
+impl fmt::Display for SessionError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Build(e) => e.fmt(f),
+            Self::Bodies(e) => e.fmt(f),
+            Self::Machine(e) => e.fmt(f),
+            Self::Cuda(pool) => {
+                write!(f, "pool `{pool}` is of kind cuda, and this build has no CUDA lanes; run it on the CPU: kind = \"cpu\"")
+            }
+        }
+    }
+}
+
+impl std::error::Error for SessionError {}
+
+/// Latency percentiles in nanoseconds.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub(crate) struct DispatchLatency {
+    /// Median.
+    pub p50: u64,
+    /// 99th percentile.
+    pub p99: u64,
+    /// 99.9th percentile.
+    pub p999: u64,
+    /// Largest.
+    pub(crate) max: u64,
+}
+
+/// A run in numbers, as `run --json` prints it.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct RunSummary {
+    /// The keys of `sim --json`, measured.
+    #[serde(flatten)]
+    pub(crate) report: red_sim::Report,
+    /// Whether lanes had SCHED_FIFO, locked memory and a CPU each.
+    pub(crate) realtime: bool,
+    /// Unit became dispatchable to body started.
+    pub(crate) dispatch_ns: DispatchLatency,
+    /// Time that lanes spent deciding, per unit.
+    pub(crate) overhead_ns_per_unit: u64,
+    /// Page faults of lanes after the start.
+    pub(crate) page_faults: u64,
+    /// Heap calls of lanes outside of bodies.
+    pub(crate) allocations: u64,
+    /// Bytes of scheduler state, the event record apart.
+    pub(crate) scheduler_bytes: usize,
+    /// Executions beyond the WCET.
+    pub(crate) overruns: u64,
+    /// Bodies that failed, panicked, or did not return within their bound.
+    pub(crate) failed: u64,
+    /// Lanes that were lost for good.
+    pub(crate) lanes_lost: u64,
+    /// Jobs or events that the tables had no room for.
+    pub(crate) notes_dropped: u64,
+    /// The signal that ended the run early.
+    pub(crate) stopped_by: Option<&'static str>,
+}
+
+/// A finished run: its figures, and what a trace is made from.
+#[derive(Debug)]
+pub(crate) struct Session {
+    /// Figures.
+    pub(crate) summary: RunSummary,
+    /// Notes.
+    pub(crate) notes: Notes,
+    /// Numbered nodes of each task.
+    pub(crate) nodes: Vec<Vec<Numbered>>,
+    /// Edges of each task by node number.
+    pub(crate) edges: Vec<Vec<(usize, usize)>>,
+    /// Row titles of the lanes.
+    pub(crate) lanes: Vec<String>,
+    /// When it ended.
+    pub(crate) end_ns: u64,
+}
+
+/// CPUs for the lanes, or why they cannot be real-time lanes.
+fn place(workload: &Workload, lanes: usize) -> Result<Vec<usize>, SetupError> {
+    let usable = usable_cpus()?;
+    let wanted: Vec<usize> = workload.pools.iter().flat_map(|p| p.cpus.iter().map(|c| *c as usize)).collect();
+    if wanted.is_empty() {
+        return choose_cpus(lanes, &usable);
+    }
+    let missing = wanted.iter().find(|cpu| !usable.contains(cpu));
+    if let Some(cpu) = missing {
+        return Err(SetupError::CpuNotUsable { cpu: *cpu, usable });
+    }
+    let mut cpus = Vec::new();
+    for pool in &workload.pools {
+        let free = |cpu: &&usize| !wanted.contains(cpu);
+        let rest: Vec<usize> = usable.iter().filter(free).copied().collect();
+        let own = pool.cpus.iter().map(|c| *c as usize).chain(rest).filter(|c| !cpus.contains(c));
+        let own: Vec<usize> = own.take(pool.lanes as usize).collect();
+        cpus.extend(own);
+    }
+    if cpus.len() < lanes { Err(SetupError::MoreLanesThanCpus { lanes, usable }) } else { Ok(cpus) }
+}
+
+/// Runs a workload. `progress` is called about ten times a second with the time since the start and the live
+/// counters; `ready` once, with the mode that the lanes got, before time starts.
+///
+/// # Errors
+/// [`SessionError`]; nothing ran then.
+pub(crate) fn execute(
+    workload: &Workload,
+    options: &Options<'_>,
+    ready: impl FnOnce(&Mode, &[Vec<Numbered>], Option<&SetupError>),
+    mut progress: impl FnMut(u64, &Live),
+) -> Result<Session, SessionError> {
+    if let Some(pool) = workload.pools.iter().find(|p| p.kind == PoolKind::Cuda) {
+        return Err(SessionError::Cuda(pool.name.clone()));
+    }
+    let mut scheduler: Box<Scheduler<Robot>> = Box::new(Scheduler::EMPTY);
+    let config = Config { ..options.policy.config() };
+    let (plan, tasks) = build::admit(&mut scheduler, workload, config).map_err(SessionError::Build)?;
+    let names: Vec<String> = workload.tasks.iter().map(|t| t.name.clone()).collect();
+    let control: Arc<OnceLock<Arc<dyn Control>>> = Arc::new(OnceLock::new());
+    let host = plugin_host(&control, &tasks);
+    let bodies = Bodies::load(&plan.nodes, &names, options.folder, &host, options.obstacle_ns);
+    let bodies = Arc::new(bodies.map_err(SessionError::Bodies)?);
+    let lanes: usize = workload.pools.iter().map(|p| p.lanes as usize).sum();
+    let (mode, why) = mode(workload, lanes, options.best_effort).map_err(SessionError::Machine)?;
+    ready(&mode, &plan.nodes, why.as_ref());
+
+    let live = Live::new(lanes);
+    let edges = all_edges(&plan);
+    let deadlines: Vec<u64> = workload.tasks.iter().map(|t| t.deadline_ns).collect();
+    let drain_ns = deadlines.iter().copied().max().unwrap_or(0);
+    let jobs: Vec<usize> = workload.tasks.iter().map(|t| jobs_of(&t.arrival, options.duration_ns)).collect();
+    let events = if options.trace { TRACE_EVENTS } else { 0 };
+    let notes = Notes::new(tasks.clone(), deadlines, plan.changes, &jobs, events, live.clone());
+    let setup = Setup {
+        scheduler,
+        lanes,
+        mode,
+        releases: releases(workload, &tasks),
+        duration_ns: options.duration_ns,
+        drain_ns,
+        handlers: Arc::new(move |lane| bodies.handler(lane)),
+        enclose: Arc::new(|main| {
+            // What keeps a lane's thread from starting is told by the lanes that never report.
+            if let Err(e) = on_lane(main) {
+                eprintln!("redrt: {e}");
+            }
+        }),
+    };
+    let mut end_ns = 0;
+    let started = |running: Arc<dyn Control>| drop(control.set(running));
+    let finished = run(setup, notes, started, |now| {
+        end_ns = now;
+        progress(now, &live);
+    });
+    let (notes, figures) = finished.map_err(SessionError::Machine)?;
+    let summary = summary(workload, options, &notes, &figures, end_ns);
+    let lanes = workload.pools.iter().flat_map(|p| (0..p.lanes).map(move |i| format!("{} lane {i}", p.name)));
+    Ok(Session { summary, notes, nodes: plan.nodes, edges, lanes: lanes.collect(), end_ns })
+}
+
+/// Real time where the machine grants it; best effort where it does not and that was asked for.
+fn mode(workload: &Workload, lanes: usize, best_effort: bool) -> Result<(Mode, Option<SetupError>), SetupError> {
+    let granted = place(workload, lanes).and_then(|cpus| {
+        let probe = red_rt::setup::Fifo { priority: PRIORITY, cpu: cpus.first().copied().unwrap_or(0) };
+        // Asked for on a thread of its own, so that this one stays as it is.
+        let asked = std::thread::spawn(move || probe.apply().and_then(|()| red_rt::setup::lock_memory()));
+        asked.join().unwrap_or(Ok(())).map(|()| cpus)
+    });
+    match granted {
+        Ok(cpus) => Ok((Mode::RealTime { priority: PRIORITY, cpus }, None)),
+        Err(e) if best_effort => Ok((Mode::BestEffort, Some(e))),
+        Err(e) => Err(e),
+    }
+}
+
+fn plugin_host(control: &Arc<OnceLock<Arc<dyn Control>>>, tasks: &[TaskId]) -> Arc<PluginHost> {
+    let (control, tasks) = (control.clone(), tasks.to_vec());
+    PluginHost::new(move |task| {
+        let task = usize::try_from(task).ok().and_then(|t| tasks.get(t));
+        matches!((control.get(), task), (Some(running), Some(task)) if running.release(PLUGINS, *task))
+    })
+}
+
+fn releases(workload: &Workload, tasks: &[TaskId]) -> Vec<Releases> {
+    let by_clock = workload.tasks.iter().zip(tasks).filter_map(|(task, id)| {
+        let period_ns = match task.arrival {
+            Arrival::Periodic { period_ns } => Some(period_ns),
+            Arrival::Once => None,
+            Arrival::Sporadic { .. } => return None,
+        };
+        Some(Releases { task: *id, first_ns: task.offset_ns, period_ns })
+    });
+    by_clock.collect()
+}
+
+/// Room for a task's jobs; sporadic ones that come more often than they said are counted as dropped notes.
+fn jobs_of(arrival: &Arrival, duration_ns: u64) -> usize {
+    const MOST: u64 = 4_000_000;
+    let jobs = match arrival {
+        Arrival::Periodic { period_ns: t } | Arrival::Sporadic { min_interarrival_ns: t } => duration_ns / t.max(&1) + 2,
+        Arrival::Once => 1,
+    };
+    usize::try_from(jobs.min(MOST)).unwrap_or(0)
+}
+
+fn all_edges(plan: &build::Plan<Robot>) -> Vec<Vec<(usize, usize)>> {
+    let mut edges: Vec<Vec<(usize, usize)>> = Vec::new();
+    for dag in &plan.dags {
+        let of_node = |from: red_core::NodeId| dag.successors(from).iter().map(move |to| (from.index(), to)).collect();
+        let of_task: Vec<Vec<(usize, usize)>> = dag.nodes().map(of_node).collect();
+        edges.push(of_task.concat());
+    }
+    for change in &plan.changes {
+        let added = change.steps.iter().flat_map(|step| &step.edges);
+        edges[change.task].extend(added.map(|(from, to)| (from.index(), to.index())));
+    }
+    edges
+}
+
+fn summary(
+    workload: &Workload,
+    options: &Options<'_>,
+    notes: &Notes,
+    figures: &RunReport,
+    end_ns: u64,
+) -> RunSummary {
+    let until = Instant::from_nanos(options.duration_ns.min(end_ns));
+    let tasks: Vec<TaskMetrics> = workload
+        .tasks
+        .iter()
+        .zip(&notes.logs)
+        .map(|(task, log)| summarise(&task.name, log, until, Instant::from_nanos(end_ns)))
+        .collect();
+    let mut lanes = figures.busy_ns.iter();
+    let pools = workload.pools.iter().map(|pool| red_sim::PoolMetrics {
+        name: pool.name.clone(),
+        lanes: pool.lanes,
+        busy_ns: lanes.by_ref().take(pool.lanes as usize).sum(),
+    });
+    let latency = |q: f64| figures.dispatch_ns.value_at_quantile(q);
+    RunSummary {
+        report: red_sim::Report {
+            policy: options.policy.name(),
+            seed: 0,
+            horizon_ns: options.duration_ns,
+            tasks,
+            nodes_missed: figures.nodes_missed,
+            units_dispatched: figures.counters.units,
+            encoder_runs_saved: figures.counters.encoder_runs_saved,
+            pools: pools.collect(),
+            schedule: None,
+            sheds: None,
+        },
+        realtime: figures.realtime,
+        dispatch_ns: DispatchLatency {
+            p50: latency(0.5),
+            p99: latency(0.99),
+            p999: latency(0.999),
+            max: figures.dispatch_ns.max(),
+        },
+        overhead_ns_per_unit: figures.overhead_ns_per_unit,
+        page_faults: figures.page_faults,
+        allocations: figures.allocations,
+        scheduler_bytes: Scheduler::<Robot>::SIZE - Scheduler::<Robot>::RECORD_SIZE,
+        overruns: figures.overruns,
+        failed: figures.failed,
+        lanes_lost: figures.lanes_lost,
+        notes_dropped: notes.dropped + figures.events_dropped,
+        stopped_by: figures.stopped_by,
+    }
+}

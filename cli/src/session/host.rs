@@ -1,0 +1,141 @@
+//! What happens under the scheduler's lock during a run: graph edits, and notes into tables that are large enough
+//! before real time starts.
+
+use red_core::{Capacity, CommitError, Event, EventKind, Instant, Outcome, Scheduler, TaskId};
+use red_rt::timeline::Host;
+use red_workload::build::{self, Change};
+use red_workload::metrics::TaskLog;
+use std::collections::VecDeque;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// Counters that the live view reads while the run goes on.
+#[derive(Debug)]
+pub(crate) struct Live {
+    /// Jobs released.
+    pub(crate) released: AtomicU64,
+    /// Jobs that completed by their deadlines.
+    pub(crate) on_time: AtomicU64,
+    /// Jobs that completed late or were given up.
+    pub(crate) missed: AtomicU64,
+    /// Jobs that were given up.
+    pub(crate) shed: AtomicU64,
+    /// Results that were taken instead of computed.
+    pub(crate) saved: AtomicU64,
+    /// What each lane runs: (task << 8 | node) + 1, 0 when idle.
+    pub(crate) lanes: Vec<AtomicU64>,
+}
+
+impl Live {
+    /// All zero.
+    #[must_use]
+    pub(crate) fn new(lanes: usize) -> Arc<Self> {
+        let zero = || AtomicU64::new(0);
+        let lanes = (0..lanes).map(|_| zero()).collect();
+        Arc::new(Self { released: zero(), on_time: zero(), missed: zero(), shed: zero(), saved: zero(), lanes })
+    }
+}
+
+/// The tables of a run.
+#[derive(Debug)]
+pub(crate) struct Notes {
+    /// Jobs of each task.
+    pub(crate) logs: Vec<TaskLog>,
+    /// Events for the trace; empty where none was asked for.
+    pub(crate) events: Vec<Event>,
+    /// Jobs and events that found no room.
+    pub(crate) dropped: u64,
+    tasks: Vec<TaskId>,
+    deadlines_ns: Vec<u64>,
+    changes: VecDeque<Change>,
+    live: Arc<Live>,
+}
+
+impl Notes {
+    /// Room for `jobs` jobs of each task and `events` events.
+    #[must_use]
+    pub(crate) fn new(
+        tasks: Vec<TaskId>,
+        deadlines_ns: Vec<u64>,
+        changes: Vec<Change>,
+        jobs: &[usize],
+        events: usize,
+        live: Arc<Live>,
+    ) -> Self {
+        Self {
+            logs: jobs.iter().map(|jobs| TaskLog::with_capacity(*jobs)).collect(),
+            events: Vec::with_capacity(events),
+            dropped: 0,
+            tasks,
+            deadlines_ns,
+            changes: changes.into(),
+            live,
+        }
+    }
+}
+
+fn add(counter: &AtomicU64) {
+    counter.fetch_add(1, Ordering::Relaxed);
+}
+
+impl<C: Capacity> Host<C> for Notes {
+    fn next_at(&self) -> Option<u64> {
+        self.changes.front().map(|change| change.at.as_nanos())
+    }
+
+    fn due(&mut self, scheduler: &mut Scheduler<C>, now: Instant) {
+        // Edits are applied in their order; one that waits for a version to drain is tried again at every turn.
+        while let Some(change) = self.changes.front().filter(|change| change.at <= now) {
+            let task = self.tasks[change.task];
+            if build::apply(scheduler, change, task, now) == Err(CommitError::Busy) {
+                break;
+            }
+            // Dropping it would give memory back inside the run.
+            std::mem::forget(self.changes.pop_front());
+        }
+    }
+
+    fn released(&mut self, task: usize, release: Instant, taken: bool) {
+        add(&self.live.released);
+        let Some(log) = self.logs.get_mut(task).filter(|log| log.has_room()) else {
+            self.dropped += 1;
+            return;
+        };
+        let deadline = release.as_nanos().saturating_add(self.deadlines_ns[task]);
+        if taken {
+            log.released(release.as_nanos(), deadline);
+        } else {
+            log.refused(release.as_nanos(), deadline);
+            add(&self.live.missed);
+            add(&self.live.shed);
+        }
+    }
+
+    fn ended(&mut self, outcome: &Outcome) {
+        if let Some(log) = self.logs.get_mut(outcome.task.index()) {
+            log.ended(outcome);
+        }
+        add(if outcome.on_time() { &self.live.on_time } else { &self.live.missed });
+        if outcome.shed.is_some() {
+            add(&self.live.shed);
+        }
+    }
+
+    fn event(&mut self, event: &Event) {
+        let lane = || self.live.lanes.get(event.lane.index());
+        match event.kind {
+            EventKind::Hit => add(&self.live.saved),
+            EventKind::Started => {
+                let what = (event.task.index() as u64) << 8 | event.node.index() as u64;
+                lane().into_iter().for_each(|l| l.store(what + 1, Ordering::Relaxed));
+            }
+            EventKind::Completed => lane().into_iter().for_each(|l| l.store(0, Ordering::Relaxed)),
+            _ => {}
+        }
+        if self.events.len() < self.events.capacity() {
+            self.events.push(*event);
+        } else if self.events.capacity() > 0 {
+            self.dropped += 1;
+        }
+    }
+}

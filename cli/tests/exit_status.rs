@@ -1,0 +1,144 @@
+//! Exit statuses, and what goes where: answers to standard output, everything else to standard error.
+
+#[expect(dead_code, reason = "this file needs only a part of it")]
+mod process;
+
+use process::{command, ended, file, run};
+use std::process::Stdio;
+
+const SUBCOMMANDS: [&str; 6] = ["demo", "plan", "sim", "run", "profile", "doctor"];
+
+const TIGHT: &str = r#"
+pool = [{ name = "gpu", lanes = 1 }]
+[[task]]
+name = "t"
+deadline = "10ms"
+period = "10ms"
+node = [{ name = "a", wcet = "8ms" }, { name = "b", wcet = "8ms" }]
+"#;
+
+/// Refused with 2: nothing on standard output, one message of bounded length that says all of `words`.
+fn refused(arguments: &[&str], words: &[&str]) {
+    let (status, out, err) = run(arguments);
+    assert_eq!((status, &*out), (2, ""), "{arguments:?}: {err}");
+    assert!(err.chars().count() <= 2_000 && !err.contains("panicked"), "{err}");
+    for word in words {
+        assert!(err.contains(word), "{arguments:?}: no `{word}` in: {err}");
+    }
+}
+
+#[test]
+fn every_help_has_an_example() {
+    for subcommand in SUBCOMMANDS {
+        let (status, out, err) = run(&[subcommand, "--help"]);
+        assert_eq!((status, &*err), (0, ""), "{subcommand}");
+        assert!(out.contains("Example") && out.contains(&format!("redrt {subcommand}")), "{out}");
+    }
+    let (status, out, _) = run(&["--help"]);
+    assert_eq!(status, 0);
+    assert!(SUBCOMMANDS.iter().all(|subcommand| out.contains(subcommand)), "{out}");
+    assert!(out.contains("Example") && out.contains("`redrt demo`"), "{out}");
+}
+
+#[test]
+fn wrong_usage_is_refused() {
+    refused(&["plna"], &["plan"]);
+    refused(&["plan"], &["<FILE>"]);
+    refused(&["plan", "examples/cruise.toml", "--jsno"], &["--json"]);
+    refused(&["sim", "examples/cruise.toml", "--policy", "redtr"], &["redtr", "'redrt'"]);
+    for horizon in ["60", "-1s", "1.5s", "1h", "nan", "", "99999999999999999999s"] {
+        refused(&["sim", "examples/cruise.toml", &format!("--horizon={horizon}")], &["--horizon", "such as 60s"]);
+    }
+    for model in ["uniform:1..0", "uniform", "gauss:0..1"] {
+        refused(&["sim", "examples/cruise.toml", "--execution", model], &["uniform:LOW..HIGH"]);
+    }
+    refused(&["sim", "examples/cruise.toml", "--seed", "-1"], &["--seed"]);
+    refused(&["--json", "plan", "examples/cruise.toml"], &["plan"]);
+}
+
+#[test]
+fn foreign_text_in_a_message_is_cut_and_escaped() {
+    let long = "x".repeat(100_000);
+    refused(&["sim", "examples/cruise.toml", "--policy", &long], &["…"]);
+    refused(&[&long], &["…"]);
+    refused(&["plan", &long], &["…"]);
+    let (_, _, err) = run(&["plan", "examples/cruise.toml", "\u{1b}[31m"]);
+    assert!(!err.contains('\u{1b}'), "{err:?}");
+}
+
+#[test]
+fn files_that_are_no_workload_are_refused() {
+    let empty = file("empty.toml", b"");
+    let binary = file("binary.toml", &[0, 159, 146, 150]);
+    let truncated = file("truncated.toml", b"pool = [{ name = \"gpu\"");
+    let misspelt = file("misspelt.toml", TIGHT.replace("deadline", "dedline").as_bytes());
+    for subcommand in ["plan", "sim", "run"] {
+        refused(&[subcommand, "no-such-file.toml"], &["no-such-file.toml"]);
+        refused(&[subcommand, "examples"], &["a directory"]);
+        for path in [&empty, &binary, &truncated] {
+            refused(&[subcommand, path.to_str().unwrap()], &["expected"]);
+        }
+        refused(&[subcommand, misspelt.to_str().unwrap()], &[":4:1:", "dedline", "did you mean `deadline`?"]);
+    }
+    refused(&["plan", misspelt.to_str().unwrap(), "--json"], &["deadline"]);
+}
+
+#[test]
+fn what_fits_is_yes_and_what_does_not_is_no() {
+    let (status, out, _) = run(&["plan", "examples/cruise.toml"]);
+    assert_eq!(status, 0);
+    assert!(out.contains("fits: yes") && out.contains("perception.encoder"), "{out}");
+
+    let tight = file("tight.toml", TIGHT.as_bytes());
+    let tight = tight.to_str().unwrap();
+    let (status, out, err) = run(&["plan", tight]);
+    assert_eq!((status, &*err), (1, ""));
+    assert!(out.contains("fits: no") && out.contains("pool `gpu`: 2 lanes"), "{out}");
+
+    let (status, out, err) = run(&["plan", tight, "--json"]);
+    assert_eq!(status, 1);
+    assert!(out.contains(r#""fits":false"#), "{out}");
+    assert!(err.contains("does not fit"), "{err}");
+
+    let (status, _, _) = run(&["sim", tight, "--horizon", "1s"]);
+    assert_eq!(status, 0, "a simulation that shows misses is done all the same");
+}
+
+#[test]
+fn a_reader_that_has_gone_is_no_failure() {
+    for closed in ["1", "2", "1 2"] {
+        let mut command = command(&["sim", "examples/cruise.toml", "--schedule", "--json"]);
+        command.stdout(Stdio::piped()).stderr(Stdio::piped());
+        let mut child = command.spawn().expect("the command starts");
+        if closed.contains('1') {
+            drop(child.stdout.take());
+        }
+        if closed.contains('2') {
+            drop(child.stderr.take());
+        }
+        let (status, _, err) = ended(&child.wait_with_output().unwrap());
+        assert_eq!((status, &*err), (0, ""), "closed {closed}");
+    }
+    let mut bad = command(&["plan", "no-such-file.toml"]);
+    let mut child = bad.stderr(Stdio::piped()).spawn().unwrap();
+    drop(child.stderr.take());
+    assert_eq!(child.wait().unwrap().code(), Some(2));
+}
+
+#[test]
+fn an_answer_that_cannot_be_written_is_a_failure_of_the_machine() {
+    let full = std::fs::OpenOptions::new().write(true).open("/dev/full").expect("Linux has it");
+    let mut command = command(&["plan", "examples/cruise.toml"]);
+    let (status, _, err) = ended(&command.stdout(full).output().unwrap());
+    assert_eq!(status, 3);
+    assert!(err.contains("cannot write"), "{err}");
+}
+
+#[test]
+fn the_doctor_says_no_exactly_when_a_check_fails() {
+    let (status, out, err) = run(&["doctor", "--quick"]);
+    let starts = |severity: &str| out.lines().filter(|line| line.starts_with(severity)).count();
+    assert_eq!(status, i32::from(starts("FAIL ") > 0), "{out}");
+    assert_eq!(err, "");
+    assert_eq!(starts("PASS ") + starts("WARN ") + starts("FAIL ") + 1, out.lines().count(), "{out}");
+}

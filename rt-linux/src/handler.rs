@@ -1,0 +1,58 @@
+//! What a lane runs for a node.
+
+use red_core::{NodeId, Unit};
+
+/// One execution: which node of which job, and by when.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Work {
+    /// The task, in the order of admission.
+    pub task: usize,
+    /// The node.
+    pub node: NodeId,
+    /// The how-manieth job of its task, from 0.
+    pub job: u64,
+    /// The job's release, in nanoseconds since the start of the run.
+    pub release_ns: u64,
+    /// When the job is due.
+    pub deadline_ns: u64,
+    /// When the unit became dispatchable.
+    pub since_ns: u64,
+    /// When the node should have ended.
+    pub sub_deadline_ns: u64,
+    /// The node's worst-case execution time.
+    pub wcet_ns: u64,
+    /// Number of the encoder result that the node writes or reads.
+    pub output: Option<u16>,
+}
+
+impl Work {
+    pub(crate) fn of(unit: &Unit, since_ns: u64) -> Self {
+        Self {
+            task: unit.first.task.index(),
+            node: unit.first.node,
+            job: unit.first.index,
+            release_ns: unit.first.release.as_nanos(),
+            deadline_ns: unit.first.deadline.as_nanos(),
+            since_ns,
+            sub_deadline_ns: unit.sub_deadline.as_nanos(),
+            wcet_ns: unit.wcet.as_nanos(),
+            output: unit.output,
+        }
+    }
+}
+
+/// A body failed; its job is given up with the reason `fault`. What went wrong is the handler's to tell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Failed;
+
+/// The bodies of all nodes, as one lane runs them. Every lane has a handler of its own.
+pub trait Handler: Send {
+    /// Runs a node's body. A panic fails the job as well, and leaves the lane running.
+    ///
+    /// # Errors
+    /// [`Failed`].
+    fn run(&mut self, work: &Work) -> Result<(), Failed>;
+
+    /// Called once on the lane's thread before real time starts: warm-up.
+    fn prepare(&mut self) {}
+}

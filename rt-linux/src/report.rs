@@ -1,0 +1,91 @@
+//! What a run says about itself besides its jobs.
+
+use crate::usage::Usage;
+use hdrhistogram::Histogram;
+
+/// Figures of a run.
+#[derive(Clone, Debug)]
+pub struct RunReport {
+    /// Whether lanes had SCHED_FIFO, locked memory and a CPU each.
+    pub realtime: bool,
+    /// Unit became dispatchable to its body started, in nanoseconds.
+    pub dispatch_ns: Histogram<u64>,
+    /// Time that lanes spent deciding, per unit, in nanoseconds.
+    pub overhead_ns_per_unit: u64,
+    /// Page faults of lane threads after the start.
+    pub page_faults: u64,
+    /// Heap calls of lane threads outside of node bodies; 0 also where no counting allocator is installed.
+    pub allocations: u64,
+    /// Executions beyond the WCET.
+    pub overruns: u64,
+    /// Bodies that ran past their bound.
+    pub hung: u64,
+    /// Lanes that were lost, because no spare thread could be started.
+    pub lanes_lost: u64,
+    /// Bodies that panicked or failed.
+    pub failed: u64,
+    /// Units that ended after their sub-deadlines.
+    pub nodes_missed: u64,
+    /// The scheduler's own counters.
+    pub counters: red_core::Counters,
+    /// Events that the record had to drop.
+    pub events_dropped: u64,
+    /// Lane time in bodies, by lane, in nanoseconds.
+    pub busy_ns: Vec<u64>,
+    /// The signal that ended the run early, by name.
+    pub stopped_by: Option<&'static str>,
+}
+
+/// What one lane measured; folded into the report at the end.
+#[derive(Debug)]
+pub(crate) struct LaneFigures {
+    pub(crate) dispatch_ns: Histogram<u64>,
+    pub(crate) deciding_ns: u64,
+    pub(crate) units: u64,
+    pub(crate) busy_ns: u64,
+    pub(crate) failed: u64,
+    pub(crate) overruns: u64,
+    pub(crate) nodes_missed: u64,
+    pub(crate) faults: u64,
+    pub(crate) baseline: Usage,
+}
+
+/// Longest latency that is told apart: an hour.
+const LONGEST_NS: u64 = 3_600_000_000_000;
+
+/// A histogram of fixed size: three significant digits up to an hour.
+pub(crate) fn histogram() -> Histogram<u64> {
+    Histogram::new_with_bounds(1, LONGEST_NS, 3).unwrap_or_else(|_| Histogram::new(3).expect("3 digits are legal"))
+}
+
+impl LaneFigures {
+    pub(crate) fn new() -> Self {
+        Self {
+            dispatch_ns: histogram(),
+            deciding_ns: 0,
+            units: 0,
+            busy_ns: 0,
+            failed: 0,
+            overruns: 0,
+            nodes_missed: 0,
+            faults: 0,
+            baseline: Usage::of_thread(),
+        }
+    }
+
+    /// Takes in another lane's figures.
+    pub(crate) fn add(&mut self, other: &Self) {
+        // The histograms have the same bounds.
+        let _added = self.dispatch_ns.add(&other.dispatch_ns);
+        self.deciding_ns += other.deciding_ns;
+        self.units += other.units;
+        self.failed += other.failed;
+        self.overruns += other.overruns;
+        self.nodes_missed += other.nodes_missed;
+        self.faults += other.faults;
+    }
+
+    pub(crate) fn dispatched(&mut self, latency_ns: u64) {
+        self.dispatch_ns.saturating_record(latency_ns.clamp(1, LONGEST_NS));
+    }
+}

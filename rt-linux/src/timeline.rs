@@ -1,0 +1,75 @@
+//! What comes by the clock: periodic releases and changes, and what a run keeps of its jobs.
+
+use red_core::{Capacity, Event, Instant, Outcome, ReleaseError, Scheduler, TaskId};
+
+/// What the host of a run does under the scheduler's lock. Nothing here may allocate, wait or log.
+pub trait Host<C: Capacity>: Send {
+    /// When `due` wants to be called next, in nanoseconds since the start of the run.
+    fn next_at(&self) -> Option<u64> {
+        None
+    }
+
+    /// Graph edits that are due; called before the releases of the same instant, and after jobs ended.
+    fn due(&mut self, scheduler: &mut Scheduler<C>, now: Instant) {
+        let _unused = (scheduler, now);
+    }
+
+    /// A job was released, or refused because too many are in flight.
+    fn released(&mut self, task: usize, release: Instant, taken: bool);
+
+    /// A job ended.
+    fn ended(&mut self, outcome: &Outcome);
+
+    /// An event of the record.
+    fn event(&mut self, event: &Event);
+}
+
+/// When a task's jobs come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Releases {
+    /// Whose.
+    pub task: TaskId,
+    /// The first, in nanoseconds since the start.
+    pub first_ns: u64,
+    /// Distance of the others; `None`: one only. Tasks that are released from outside have no entry at all.
+    pub period_ns: Option<u64>,
+}
+
+/// Next releases, until the end of the run.
+#[derive(Clone, Debug)]
+pub(crate) struct Timeline {
+    next: Vec<(Releases, Option<u64>)>,
+    until_ns: u64,
+}
+
+impl Timeline {
+    pub(crate) fn new(releases: &[Releases], until_ns: u64) -> Self {
+        Self { next: releases.iter().map(|r| (*r, Some(r.first_ns))).collect(), until_ns }
+    }
+
+    pub(crate) fn next_at(&self) -> Option<u64> {
+        self.next.iter().filter_map(|(_, at)| *at).min().filter(|at| *at < self.until_ns)
+    }
+
+    /// Releases everything that is due, in the order of instants and then of tasks. Returns the earliest.
+    pub(crate) fn release<C: Capacity>(
+        &mut self,
+        scheduler: &mut Scheduler<C>,
+        host: &mut impl Host<C>,
+        now: Instant,
+    ) -> Option<u64> {
+        let mut first = None;
+        // Each round makes one release; a run that fell behind by more than the table holds sheds the rest as
+        // `full`, so a round is at most one release per period that passed.
+        while let Some(at) = self.next_at().filter(|at| *at <= now.as_nanos()) {
+            let due = self.next.iter_mut().find(|(_, next)| *next == Some(at));
+            let Some((releases, next)) = due else { break };
+            let release = Instant::from_nanos(at);
+            let taken = scheduler.release_at(releases.task, release, None, now);
+            host.released(releases.task.index(), release, taken != Err(ReleaseError::Full));
+            *next = releases.period_ns.and_then(|period| at.checked_add(period));
+            first = first.or(Some(at));
+        }
+        first
+    }
+}

@@ -1,0 +1,220 @@
+//! The house rules that a compiler does not check, read off the sources. Every gate first has to catch a planted
+//! violation: a gate that finds nothing because it looks at nothing is worse than none.
+
+mod sources;
+
+use sources::{Source, read_all};
+
+/// Layers of the core, lowest first: a module uses its own layer and those before it.
+const LAYERS: &[&[&str]] = &[
+    &["time", "id", "capacity", "fmt", "error"],
+    &["graph"],
+    &["deadlines", "analysis"],
+    &["ready_queue"],
+    &["policy", "config"],
+    &["scheduler"],
+    &["shared"],
+];
+
+/// Beside the layers: uses the words of layer 0 only, and only layer 6 uses it.
+const BESIDE: &str = "sync";
+
+const CORE: &str = "core-nostd/src/";
+const CORE_BUDGET: usize = 250;
+const BUDGET: usize = 400;
+
+/// The only file that knows the model checker, and the crate attribute that gives it `std`.
+const LOOM_FILE: &str = "core-nostd/src/sync/primitive.rs";
+const LOOM_ATTRIBUTE: (&str, &str) = ("core-nostd/src/lib.rs", "#![cfg_attr(not(any(test, loom)), no_std)]");
+
+/// Files that may be unsafe, and why.
+const UNSAFE: &[(&str, &str)] = &[
+    ("core-nostd/src/sync/ticket_lock.rs", "hands out exclusive access to a shared cell"),
+    ("core-nostd/src/sync/mailbox.rs", "a ring shared by one producer and one consumer"),
+    ("rt-linux/src/sys.rs", "the system calls that nix lacks"),
+    ("rt-linux/src/allocations.rs", "a counting allocator"),
+    ("bodies/src/plugin.rs", "calls functions of shared objects"),
+    ("bodies/src/clock.rs", "reads a thread's CPU clock"),
+    ("bodies/examples/measure.rs", "a counting allocator"),
+    ("benches/src/machine.rs", "pins threads"),
+    ("benches/src/peers/embassy.rs", "the hooks that the executor calls"),
+];
+
+/// Why a rule of the layers is broken at `line`.
+fn violation(source: &Source, line: usize, why: &str) -> String {
+    format!("{}:{line}: {why}", source.path)
+}
+
+/// `crate::` paths that point up, or whose layer cannot be seen.
+fn layer_violations(sources: &[Source]) -> Vec<String> {
+    let layer_of = |module: &str| LAYERS.iter().position(|layer| layer.contains(&module));
+    let mut found = Vec::new();
+    for source in sources.iter().filter(|s| s.is_in(CORE) && !s.is_test() && !s.path.ends_with("src/lib.rs"))
+    {
+        let module = source.module();
+        for (line, used) in source.crate_paths() {
+            let allowed = match (layer_of(&module), layer_of(&used)) {
+                _ if used == module => true,
+                (Some(own), Some(other)) => other <= own,
+                (Some(own), None) => used == BESIDE && own == LAYERS.len() - 1,
+                (None, Some(other)) => module == BESIDE && other == 0,
+                (None, None) => false,
+            };
+            if !allowed {
+                found.push(violation(source, line, &format!("`{module}` uses `crate::{used}`")));
+            }
+        }
+        for (line, _) in source.lines_with("super::super") {
+            found.push(violation(source, line, "`super::super` hides which layer is meant"));
+        }
+    }
+    found
+}
+
+fn budget_violations(sources: &[Source]) -> Vec<String> {
+    let over = |source: &&Source| {
+        let budget = if source.is_in(CORE) { CORE_BUDGET } else { BUDGET };
+        let lines = source.lines_without_tests();
+        (lines > budget).then(|| format!("{}: {lines} lines, the budget is {budget}", source.path))
+    };
+    sources.iter().filter(|source| !source.is_test()).filter_map(|source| over(&source)).collect()
+}
+
+fn unsafe_violations(sources: &[Source]) -> Vec<String> {
+    let listed = |source: &Source| UNSAFE.iter().any(|(path, _)| source.path == *path);
+    let outside = sources.iter().filter(|source| !listed(source) && !source.is_test());
+    outside
+        .flat_map(|source| {
+            let words = ["unsafe", "unsafe_code"].into_iter().flat_map(|word| source.lines_with(word));
+            let unlisted = words.filter(|(_, text)| !text.contains("deny(unsafe_code)"));
+            unlisted
+                .map(|(line, _)| violation(source, line, "unsafe outside of the listed files"))
+                .collect::<Vec<_>>()
+        })
+        .collect()
+}
+
+fn float_violations(sources: &[Source]) -> Vec<String> {
+    let core = sources.iter().filter(|source| source.is_in(CORE));
+    core.flat_map(|source| {
+        let types = ["f32", "f64"].into_iter().flat_map(|word| source.lines_with(word)).map(|(line, _)| line);
+        types
+            .chain(source.float_literals())
+            .map(|line| violation(source, line, "a float"))
+            .collect::<Vec<_>>()
+    })
+    .collect()
+}
+
+fn loom_violations(sources: &[Source]) -> Vec<String> {
+    let core = sources.iter().filter(|source| source.is_in(CORE) && source.path != LOOM_FILE);
+    core.flat_map(|source| {
+        let lines = source.lines_with("loom").into_iter();
+        let others = lines.filter(|(_, text)| (source.path.as_str(), text.trim()) != LOOM_ATTRIBUTE);
+        others
+            .map(|(line, _)| violation(source, line, "the model checker is the primitives' business"))
+            .collect::<Vec<_>>()
+    })
+    .collect()
+}
+
+/// Asserts that a gate is quiet about `clean`, speaks once about each of `planted`, and is quiet about the tree.
+fn hold(gate: fn(&[Source]) -> Vec<String>, clean: &[Source], planted: &[Source]) {
+    assert_eq!(gate(clean), Vec::<String>::new(), "the gate speaks about what is right");
+    for source in planted {
+        let found = gate(std::slice::from_ref(source));
+        assert_eq!(found.len(), 1, "planted in {}, found {found:?}", source.path);
+    }
+    let found = gate(&read_all());
+    assert!(found.is_empty(), "{} violations:\n{}", found.len(), found.join("\n"));
+}
+
+#[test]
+fn no_module_uses_one_above_it() {
+    let clean = [
+        Source::new(
+            "core-nostd/src/shared.rs",
+            "use crate::sync::Mailbox;\nuse crate::scheduler::Scheduler;",
+        ),
+        Source::new("core-nostd/src/policy/merge.rs", "use crate::time::Instant; // not crate::scheduler\n"),
+        Source::new("core-nostd/src/sync/mailbox.rs", "pub(crate) fn f() -> &str { \"crate::scheduler\" }"),
+    ];
+    let planted = [
+        Source::new("core-nostd/src/graph/dag.rs", "use crate::policy::Floor;\n"),
+        Source::new("core-nostd/src/policy/merge.rs", "fn f(s: &crate::scheduler::Scheduler) {}"),
+        Source::new("core-nostd/src/time.rs", "use crate::{id::JobId, graph::Dag};"),
+        Source::new("core-nostd/src/sync/mailbox.rs", "use crate::graph::Dag;"),
+        Source::new("core-nostd/src/policy/floor.rs", "use crate::sync::Mailbox;"),
+        Source::new("core-nostd/src/id.rs", "use crate::Scheduler;"),
+        Source::new("core-nostd/src/novelty.rs", "use crate::time::Instant;"),
+        Source::new("core-nostd/src/graph/dag.rs", "use super::super::scheduler::Scheduler;"),
+    ];
+    hold(layer_violations, &clean, &planted);
+}
+
+#[test]
+fn no_file_is_longer_than_its_budget() {
+    let lines = |n: usize| "// one line\n".repeat(n);
+    let with_tests = format!("{}#[cfg(test)]\nmod tests {{\n{}}}\n", lines(CORE_BUDGET), lines(100));
+    let clean = [
+        Source::new("core-nostd/src/time.rs", &with_tests),
+        Source::new("sim/src/host.rs", &lines(BUDGET)),
+        Source::new("core-nostd/src/time/tests.rs", &lines(BUDGET + 1)),
+        Source::new("bodies/tests/reference.rs", &lines(BUDGET + 1)),
+    ];
+    let planted = [
+        Source::new("core-nostd/src/time.rs", &lines(CORE_BUDGET + 1)),
+        Source::new("tests/src/oracle.rs", &lines(BUDGET + 1)),
+    ];
+    hold(budget_violations, &clean, &planted);
+}
+
+#[test]
+fn unsafe_is_only_in_the_listed_files() {
+    let clean = [
+        Source::new("core-nostd/src/lib.rs", "//! unsafe is elsewhere\n#![deny(unsafe_code)]\n"),
+        Source::new("rt-linux/src/sys.rs", "unsafe { call() }"),
+    ];
+    let planted = [
+        Source::new("core-nostd/src/graph/dag.rs", "#![allow(unsafe_code, reason = \"planted\")]"),
+        Source::new("bodies/src/spin.rs", "fn f() { unsafe { call() } }"),
+        Source::new("cli/src/main.rs", "#[unsafe(no_mangle)] extern \"C\" fn f() {}"),
+    ];
+    hold(unsafe_violations, &clean, &planted);
+}
+
+#[test]
+fn every_file_listed_as_unsafe_is_there() {
+    let sources = read_all();
+    let is_unsafe = |path: &str| sources.iter().any(|s| s.path == path && !s.lines_with("unsafe").is_empty());
+    let idle: Vec<_> = UNSAFE.iter().filter(|(path, _)| !is_unsafe(path)).collect();
+    assert!(idle.is_empty(), "listed without need: {idle:?}");
+}
+
+#[test]
+fn the_core_has_no_floats() {
+    let clean = [
+        Source::new("core-nostd/src/time.rs", "let a = pair.0.1; // 0.5\nlet b = 0..8; \"1.5\""),
+        Source::new("workload/src/metrics.rs", "let mean: f64 = 0.5;"),
+    ];
+    let planted = [
+        Source::new("core-nostd/src/time.rs", "fn seconds(ns: u64) -> f64 { todo!() }"),
+        Source::new("core-nostd/src/policy/overload.rs", "const THETA: f32 = THETA_OF_PAPER;"),
+        Source::new("core-nostd/src/policy/overload.rs", "if load > 0.9 {}"),
+    ];
+    hold(float_violations, &clean, &planted);
+}
+
+#[test]
+fn only_the_primitives_know_the_model_checker() {
+    let clean = [
+        Source::new(LOOM_FILE, "#[cfg(loom)]\nuse loom::sync::atomic::AtomicU8;"),
+        Source::new(LOOM_ATTRIBUTE.0, LOOM_ATTRIBUTE.1),
+        Source::new("core-nostd/src/sync/mailbox.rs", "// loom sees one access\nlet heirloom = 1;"),
+    ];
+    let planted = [
+        Source::new("core-nostd/src/sync/mailbox.rs", "#[cfg(not(loom))]\nmod real;"),
+        Source::new("core-nostd/src/lib.rs", "#[cfg(loom)]\npub mod models;"),
+    ];
+    hold(loom_violations, &clean, &planted);
+}

@@ -1,0 +1,54 @@
+//! At least m of any k consecutive jobs stay.
+
+use proptest::prelude::*;
+use red_core::Floor;
+
+use crate::cases;
+
+/// Whether some window of `k` consecutive jobs lost more than `k - m`.
+pub(crate) fn is_violated(dropped: &[u64], m: u32, k: u32) -> bool {
+    let (k, spare) = (u64::from(k), (k - m) as usize);
+    dropped.iter().any(|first| dropped.iter().filter(|job| (*first..*first + k).contains(job)).count() > spare)
+}
+
+proptest! {
+    #![proptest_config(cases(512))]
+
+    #[test]
+    fn a_floor_permits_exactly_what_keeps_it(
+        k in 1u32..=128, share in 0u32..=100, asked in prop::collection::vec((0u64..4, 0u64..12), 0..150)
+    ) {
+        let m = k * share / 100;
+        let mut floor = Floor::new(m, k);
+        let (mut newest, mut dropped) = (0, Vec::new());
+        for (ahead, back) in asked {
+            newest += ahead;
+            let job = newest.saturating_sub(back);
+            if dropped.contains(&job) {
+                continue;
+            }
+            let after: Vec<u64> = dropped.iter().copied().chain([job]).collect();
+            prop_assert_eq!(floor.permits(job), !is_violated(&after, m, k));
+            if floor.permits(job) {
+                floor.dropped(job);
+                dropped = after;
+            }
+        }
+    }
+
+    #[test]
+    fn a_floor_over_a_long_window_is_kept_by_a_stricter_one(
+        k in 129u32..=400, spare in 0u32..=20, asked in prop::collection::vec(0u64..40, 0..150)
+    ) {
+        let mut floor = Floor::new(k - spare, k);
+        let (mut job, mut dropped) = (0, Vec::new());
+        for ahead in asked {
+            job += ahead + 1;
+            if floor.permits(job) {
+                floor.dropped(job);
+                dropped.push(job);
+            }
+        }
+        prop_assert!(!is_violated(&dropped, k - spare, k));
+    }
+}

@@ -1,0 +1,18 @@
+//! What holds for every input: of the formulas, of the queue, of the floors, and of whole runs.
+
+mod calls;
+#[path = "../drive/mod.rs"]
+mod drive;
+mod floors;
+mod graphs;
+mod model;
+mod queue;
+mod rules;
+mod runs;
+
+use proptest::test_runner::Config;
+
+/// So many cases; a failure prints its input and leaves no file.
+fn cases(count: u32) -> Config {
+    Config { failure_persistence: None, ..Config::with_cases(count) }
+}

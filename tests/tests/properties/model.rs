@@ -1,0 +1,246 @@
+//! What a watcher knows of the jobs in flight: from the events alone, by the specification's formulas.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use red_core::{
+    Action, Dag, Dispatch, Event, EventKind, Levels, Node, NodeId, Outcome, Role, Scheduler, ShedReason, UnitId, tails,
+};
+use red_sim::Lab;
+use red_workload::model::Workload;
+
+use crate::drive::Watch;
+use crate::floors;
+
+/// Weights, frame name, and who took the picture: a sensor by its period and number, or the job itself.
+type FrameKey = (u16, u16, Result<(usize, u64), (usize, u64)>);
+
+/// Dispatch order: key, release, task, job, node.
+type Key = (i128, u64, usize, u64, usize);
+
+struct Job {
+    release: u64,
+    deadline: u64,
+    dag: Box<Dag<Lab>>,
+    tails: Vec<u64>,
+    running: BTreeSet<usize>,
+    done: BTreeSet<usize>,
+}
+
+/// A unit on its lane, whether or not its jobs still want it.
+struct OnLane {
+    pool: usize,
+    bytes: u64,
+    encoder: Option<FrameKey>,
+}
+
+/// Judges a run under REDRT in which every node takes its WCET.
+pub(crate) struct Model<'a> {
+    workload: &'a Workload,
+    /// Distinct sensor periods in their order.
+    periods: Vec<u64>,
+    jobs: BTreeMap<(usize, u64), Job>,
+    lanes: BTreeMap<usize, OnLane>,
+    /// Jobs that were dropped by choice, by task.
+    dropped: Vec<Vec<u64>>,
+    pub(crate) dispatches: u32,
+    pub(crate) merges: u32,
+}
+
+impl<'a> Model<'a> {
+    pub(crate) fn new(workload: &'a Workload) -> Self {
+        let mut periods = Vec::new();
+        for sensor in &workload.sensors {
+            if !periods.contains(&sensor.period_ns) {
+                periods.push(sensor.period_ns);
+            }
+        }
+        let (jobs, lanes, dropped) = (BTreeMap::new(), BTreeMap::new(), vec![Vec::new(); workload.tasks.len()]);
+        Self { workload, periods, jobs, lanes, dropped, dispatches: 0, merges: 0 }
+    }
+
+    /// Nodes that could start: precedence holds, and no running unit computes their frame.
+    fn ready(&self) -> impl Iterator<Item = (usize, u64, usize)> + '_ {
+        self.jobs.iter().flat_map(move |((task, index), job)| {
+            let open = job.dag.nodes().map(NodeId::index).filter(|node| job.is_ready(*node));
+            let free = open.filter(|node| {
+                let key = self.frame_key(*task, *index, *node);
+                key.is_none() || self.lanes.values().all(|lane| lane.encoder != key)
+            });
+            free.map(|node| (*task, *index, node)).collect::<Vec<_>>()
+        })
+    }
+
+    fn key(&self, (task, index, node): (usize, u64, usize)) -> Key {
+        let job = &self.jobs[&(task, index)];
+        (job.latest_finish(node) - i128::from(job.node(node).cost()), job.release, task, index, node)
+    }
+
+    fn frame_key(&self, task: usize, index: u64, node: usize) -> Option<FrameKey> {
+        let job = &self.jobs[&(task, index)];
+        let Role::SharedEncoder(frame) = job.node(node).role() else { return None };
+        let capture = match frame.sensor {
+            Some(sensor) => Ok((sensor.index(), job.release / self.periods[sensor.index()])),
+            None => Err((task, index)),
+        };
+        Some((frame.weights, frame.frame, capture))
+    }
+
+    fn is_limited(&self, pool: usize) -> bool {
+        self.workload.pools[pool].memory_bytes.is_some()
+    }
+
+    fn started(&mut self, scheduler: &Scheduler<Lab>, started: &Dispatch, evicted: bool) {
+        self.dispatches += 1;
+        let unit = scheduler.unit(started.unit).expect("it was dispatched just now");
+        let (now, pool) = (unit.started.as_nanos(), unit.pool.index());
+        let place = |m: red_core::Member| (m.task.index(), m.index, m.node.index());
+        let first = place(unit.first);
+        let members: Vec<_> = scheduler.members(started.unit).map(place).collect();
+        assert!(members.contains(&first));
+        for member in &members {
+            let job = &self.jobs[&(member.0, member.1)];
+            assert!(job.is_ready(member.2), "{member:?} starts before a predecessor ended, or twice");
+            assert_eq!(job.node(member.2).pool().index(), pool, "{member:?} runs in a foreign pool");
+        }
+        // In a pool with a budget a node that fits may overtake; an eviction changes what is ready.
+        if !self.is_limited(pool) && !evicted {
+            let waiting = self.ready().filter(|n| self.jobs[&(n.0, n.1)].node(n.2).pool().index() == pool);
+            let least = waiting.map(|node| self.key(node)).min();
+            assert_eq!(Some(self.key(first)), least, "at {now} ns in pool {pool}");
+        }
+        let cost = |m: &(usize, u64, usize)| self.jobs[&(m.0, m.1)].node(m.2).cost();
+        let longest = members.iter().map(cost).max().unwrap_or(0);
+        for member in members.iter().filter(|member| cost(member) < longest) {
+            let ends = i128::from(now) + i128::from(longest);
+            let latest = self.jobs[&(member.0, member.1)].latest_finish(member.2);
+            assert!(ends <= latest, "merging costs {member:?} its deadline: it ends at {ends}, not {latest}");
+        }
+        self.merges += u32::from(members.len() > 1);
+        let bytes = members.iter().map(|m| self.jobs[&(m.0, m.1)].node(m.2).footprint().0).max().unwrap_or(0);
+        let encoder = self.frame_key(first.0, first.1, first.2);
+        assert!(members.iter().all(|m| members.len() == 1 || self.frame_key(m.0, m.1, m.2) == encoder));
+        let before = self.lanes.insert(started.lane.index(), OnLane { pool, bytes, encoder });
+        assert!(before.is_none(), "the lane was busy");
+    }
+
+    fn apply(&mut self, events: &[Event]) {
+        for event in events {
+            let place = (event.task.index(), event.job);
+            let node = event.node.index();
+            let Some(job) = self.jobs.get_mut(&place) else { continue };
+            match event.kind {
+                EventKind::Started => assert!(job.running.insert(node), "{event:?} twice"),
+                EventKind::Completed => {
+                    assert!(job.running.remove(&node), "{event:?} without a start");
+                    job.done.insert(node);
+                }
+                EventKind::Hit => assert!(job.is_ready(node) && job.done.insert(node), "{event:?} too early"),
+                EventKind::Evicted => assert!(job.done.remove(&node), "{event:?} of what was not there"),
+                EventKind::Ended => {
+                    assert_eq!(job.done.len(), job.dag.len(), "{event:?} with nodes left");
+                    self.jobs.remove(&place);
+                }
+                EventKind::Shed(reason) => {
+                    if matches!(reason, ShedReason::Overload | ShedReason::Urgency) {
+                        self.dropped[place.0].push(place.1);
+                    }
+                    self.jobs.remove(&place);
+                }
+                EventKind::Overran => panic!("{event:?}, though every node takes its WCET"),
+                _ => {}
+            }
+        }
+    }
+
+    fn check_memory(&self, scheduler: &Scheduler<Lab>) {
+        for (pool, limits) in self.workload.pools.iter().enumerate() {
+            let Some(budget) = limits.memory_bytes else { continue };
+            let running: u64 = self.lanes.values().filter(|lane| lane.pool == pool).map(|lane| lane.bytes).sum();
+            let used = scheduler.memory_used(red_core::PoolId::new(pool as u8)).0;
+            assert!(running <= used && used <= budget, "running {running}, used {used}, budget {budget}");
+        }
+    }
+
+    /// After the last job: nothing is left behind, and no floor was broken.
+    pub(crate) fn finish(&self, scheduler: &Scheduler<Lab>) {
+        assert!(self.jobs.is_empty() && self.lanes.is_empty(), "something never ended");
+        for pool in 0..self.workload.pools.len() {
+            assert_eq!(scheduler.memory_used(red_core::PoolId::new(pool as u8)).0, 0, "memory of pool {pool}");
+        }
+        for (task, dropped) in self.workload.tasks.iter().zip(&self.dropped) {
+            let broken = task.floor.is_some_and(|(m, k)| floors::is_violated(dropped, m, k));
+            assert!(!broken, "{}: floor {:?}, dropped {dropped:?}", task.name, task.floor);
+        }
+    }
+}
+
+impl Job {
+    fn node(&self, node: usize) -> &Node {
+        self.dag.node(NodeId::new(node as u8)).expect("a node of this version")
+    }
+
+    fn is_ready(&self, node: usize) -> bool {
+        let ended = |other: NodeId| !self.dag.successors(other).contains(node) || self.done.contains(&other.index());
+        !self.running.contains(&node) && !self.done.contains(&node) && self.dag.nodes().all(ended)
+    }
+
+    /// a + D - tail.
+    fn latest_finish(&self, node: usize) -> i128 {
+        i128::from(self.deadline) - i128::from(self.tails[node])
+    }
+}
+
+impl Watch for Model<'_> {
+    fn released(&mut self, scheduler: &Scheduler<Lab>, task: usize, index: u64, now: u64) {
+        let id = red_core::TaskId::from_bits(task as u32);
+        let dag = Box::new(*scheduler.edit(id).expect("admitted").dag());
+        let after = tails(&dag, &Levels::of(&dag));
+        let tails = after.as_ref().to_vec();
+        let deadline = now + self.workload.tasks[task].deadline_ns;
+        let (running, done) = (BTreeSet::new(), BTreeSet::new());
+        self.jobs.insert((task, index), Job { release: now, deadline, dag, tails, running, done });
+    }
+
+    fn acted(&mut self, scheduler: &Scheduler<Lab>, action: &Action, events: &[Event]) {
+        if let Action::Dispatch(started) = action {
+            let evicted = events.iter().any(|event| event.kind == EventKind::Evicted);
+            if evicted {
+                let (first, rest): (Vec<Event>, Vec<Event>) =
+                    events.iter().partition(|event| event.kind == EventKind::Evicted);
+                self.apply(&first);
+                self.started(scheduler, started, evicted);
+                self.apply(&rest);
+            } else {
+                self.started(scheduler, started, evicted);
+                self.apply(events);
+            }
+        } else {
+            self.apply(events);
+        }
+        self.check_memory(scheduler);
+    }
+
+    fn told(&mut self, scheduler: &Scheduler<Lab>, events: &[Event]) {
+        self.apply(events);
+        self.check_memory(scheduler);
+    }
+
+    fn completing(&mut self, unit: UnitId, _now: u64) {
+        assert!(self.lanes.remove(&unit.lane().index()).is_some());
+    }
+
+    fn quiet(&mut self, scheduler: &Scheduler<Lab>, now: u64) {
+        for (pool, limits) in self.workload.pools.iter().enumerate().filter(|(pool, _)| !self.is_limited(*pool)) {
+            let busy = self.lanes.values().filter(|lane| lane.pool == pool).count();
+            let mut waiting = self.ready().filter(|n| self.jobs[&(n.0, n.1)].node(n.2).pool().index() == pool);
+            let idle = busy < limits.lanes as usize;
+            assert!(!idle || waiting.next().is_none(), "a lane of pool {pool} idles at {now} ns while a node waits");
+        }
+        assert_eq!(scheduler.running_units(), self.lanes.len());
+        assert_eq!(scheduler.jobs_in_flight(), self.jobs.len());
+    }
+
+    fn ended(&mut self, outcome: &Outcome) {
+        assert!(!self.jobs.contains_key(&(outcome.task.index(), outcome.index)), "{outcome:?} is still in flight");
+    }
+}

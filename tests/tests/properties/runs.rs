@@ -1,0 +1,130 @@
+//! Whole runs on random workloads under REDRT.
+
+use proptest::prelude::*;
+use red_core::{Action, Caps, Config, Dag, Duration, Instant, Node, Scheduler, Timing};
+use red_tests::rng::{Shape, random_workload};
+use red_workload::model::{Part, Work, Workload};
+use red_workload::policy::Policy;
+
+use crate::cases;
+use crate::drive::{Blind, Drive};
+use crate::graphs::random_graph;
+use crate::model::Model;
+
+/// Long enough for several jobs of most tasks.
+const HORIZON_NS: u64 = 300_000_000;
+
+fn parts(workload: &mut Workload) -> impl Iterator<Item = &mut Part> {
+    let of_tasks = workload.tasks.iter_mut().flat_map(|task| &mut task.nodes);
+    let of_events = workload.events.iter_mut().flat_map(|event| &mut event.add);
+    of_tasks.chain(of_events).flat_map(|node| match &mut node.work {
+        Work::Plain(part) => vec![part],
+        Work::Stage(stage) => {
+            let decoders = stage.decoders.iter_mut().map(|(_, part)| part);
+            std::iter::once(&mut stage.encoder).chain(decoders).collect()
+        }
+    })
+}
+
+fn judged(workload: &Workload, seed: u64) -> (u32, u32) {
+    let mut model = Model::new(workload);
+    let mut drive = Drive::new(workload, Config::REDRT, (100, 100), seed);
+    drive.run(HORIZON_NS, &mut model);
+    model.finish(&drive.scheduler);
+    (model.dispatches, model.merges)
+}
+
+proptest! {
+    #![proptest_config(cases(150))]
+
+    #[test]
+    fn precedence_key_order_memory_merges_and_floors_hold(seed: u64) {
+        judged(&random_workload(seed, &Shape::default()), seed);
+    }
+
+    #[test]
+    fn they_hold_under_overload_too(seed: u64) {
+        judged(&random_workload(seed, &Shape { load_percent: (150, 300), ..Shape::default() }), seed);
+    }
+
+    #[test]
+    fn jobs_that_cost_nothing_end_when_they_are_released(seed: u64) {
+        let mut workload = random_workload(seed, &Shape { memory: false, ..Shape::default() });
+        parts(&mut workload).for_each(|part| (part.wcet_ns, part.bcet_ns, part.contention_ns) = (0, 0, 0));
+        for policy in Policy::ALL {
+            let mut drive = Drive::new(&workload, policy.config(), (100, 100), seed);
+            drive.run(HORIZON_NS, &mut AtOnce);
+            prop_assert_eq!((drive.sheds, drive.scheduler.jobs_in_flight()), (0, 0));
+        }
+    }
+
+    #[test]
+    fn no_run_of_a_lone_job_exceeds_its_certificate(seed: u64, lanes in 1u8..=8, percent in 0u64..=100) {
+        type Lone = Caps<1, 80, 1, 8, 1, 2>;
+        let dag: Dag<Lone> = random_graph(seed, 1);
+        for config in [Config::EDF, Config::REDRT] {
+            let mut scheduler = Scheduler::<Lone>::new(config.with_lanes(lanes));
+            let task = scheduler.add_task(&dag, Timing::new(Duration::from_nanos(1 << 61))).unwrap();
+            let bound = scheduler.certificate(task).unwrap().response;
+            scheduler.release(task, Instant::ZERO).unwrap();
+            let mut running = Vec::new();
+            let mut now = Instant::ZERO;
+            let ended = loop {
+                match scheduler.poll(now) {
+                    Some(Action::Dispatch(started)) => {
+                        let wcet = scheduler.unit(started.unit).unwrap().wcet.as_nanos();
+                        // Some nodes are shorter than they may be: no anomaly may break the bound.
+                        let took = if started.unit.node().index() % 3 == 0 { wcet / 100 * percent } else { wcet };
+                        running.push((now.saturating_add(Duration::from_nanos(took)), started.unit));
+                    }
+                    Some(Action::Ended(outcome)) => break outcome,
+                    Some(other) => panic!("nobody asked for {other:?}"),
+                    None => {
+                        running.sort_by_key(|(at, unit)| (*at, unit.to_bits()));
+                        let (at, unit) = running.remove(0);
+                        now = at;
+                        scheduler.complete(unit, now).unwrap();
+                    }
+                }
+            };
+            prop_assert!(ended.at.since(Instant::ZERO) <= bound);
+        }
+    }
+}
+
+/// Nothing costs anything: whatever ends, ends at its release.
+struct AtOnce;
+
+impl crate::drive::Watch for AtOnce {
+    fn ended(&mut self, outcome: &red_core::Outcome) {
+        assert_eq!((outcome.at, outcome.shed), (outcome.release, None));
+    }
+}
+
+#[test]
+fn the_judge_has_seen_merges_evictions_edits_and_sheds() {
+    let (mut dispatches, mut merges, mut edits, mut sheds, mut evictions) = (0, 0, 0, 0, 0);
+    for seed in 0..200 {
+        let workload = random_workload(seed, &Shape { load_percent: (80, 250), ..Shape::default() });
+        let (started, merged) = judged(&workload, seed);
+        let mut drive = Drive::new(&workload, Config::REDRT, (100, 100), seed);
+        drive.run(HORIZON_NS, &mut Blind);
+        dispatches += started;
+        merges += merged;
+        edits += drive.edits;
+        sheds += drive.sheds;
+        evictions += drive.scheduler.counters().evictions;
+    }
+    assert!(
+        dispatches > 1_000 && merges > 10 && edits > 10 && sheds > 10 && evictions > 0,
+        "{dispatches} dispatches, {merges} merges, {edits} edits, {sheds} sheds, {evictions} evictions"
+    );
+}
+
+/// A node of a fresh task, for the model's own test.
+#[test]
+#[should_panic(expected = "starts before a predecessor ended")]
+fn a_planted_breach_of_precedence_is_caught() {
+    let _ = Node::new(red_core::Wcet::ZERO);
+    todo!()
+}

@@ -1,0 +1,106 @@
+//! Other programs: run where one can see them, or for their output.
+
+use std::ffi::OsStr;
+use std::fmt;
+use std::io::{self, BufRead, BufReader};
+use std::path::Path;
+use std::process::{Command, ExitStatus, Stdio};
+
+use crate::report::Tally;
+
+/// Why a step failed.
+#[derive(Debug)]
+pub(crate) enum Failure {
+    /// A program could not be started.
+    Start { command: String, reason: io::Error },
+    /// A program ended with another status than 0.
+    Status { command: String, status: ExitStatus, tally: Tally },
+    /// A tool is missing and cannot be had without asking.
+    Missing { what: &'static str, install: String },
+    /// A file could not be read or written.
+    File { path: String, reason: io::Error },
+    /// The workspace is not as the step wants it.
+    Wrong(String),
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Start { command, reason } => write!(f, "cannot start `{command}`: {reason}"),
+            Self::Status { command, status, .. } => write!(f, "`{command}`: {status}"),
+            Self::Missing { what, install } => write!(f, "{what} is missing; install it with: {install}"),
+            Self::File { path, reason } => write!(f, "{path}: {reason}"),
+            Self::Wrong(what) => f.write_str(what),
+        }
+    }
+}
+
+/// A program about to run.
+pub(crate) struct Run(Command);
+
+impl Run {
+    pub(crate) fn new(program: &OsStr, folder: &Path) -> Self {
+        let mut command = Command::new(program);
+        command.current_dir(folder).stdin(Stdio::null());
+        Self(command)
+    }
+
+    pub(crate) fn args(mut self, arguments: &[impl AsRef<OsStr>]) -> Self {
+        self.0.args(arguments);
+        self
+    }
+
+    pub(crate) fn env(mut self, name: &str, value: impl AsRef<OsStr>) -> Self {
+        self.0.env(name, value);
+        self
+    }
+
+    /// Runs it for all to see, and counts the tests that it reports.
+    ///
+    /// # Errors
+    /// It cannot be started, or it fails; then the tests that it reported are in the failure.
+    pub(crate) fn stream(mut self) -> Result<Tally, Failure> {
+        let command = self.line();
+        println!("$ {command}");
+        let start = |reason| Failure::Start { command: command.clone(), reason };
+        let mut child = self.0.stdout(Stdio::piped()).spawn().map_err(start)?;
+        let mut tally = Tally::default();
+        if let Some(output) = child.stdout.take() {
+            for line in BufReader::new(output).split(b'\n').map_while(Result::ok) {
+                let line = String::from_utf8_lossy(&line);
+                println!("{line}");
+                tally.read(&line);
+            }
+        }
+        let status = child.wait().map_err(start)?;
+        if status.success() { Ok(tally) } else { Err(Failure::Status { command, status, tally }) }
+    }
+
+    /// Its standard output.
+    ///
+    /// # Errors
+    /// It cannot be started, or it fails.
+    pub(crate) fn output(mut self) -> Result<String, Failure> {
+        let command = self.line();
+        match self.0.stderr(Stdio::null()).output() {
+            Err(reason) => Err(Failure::Start { command, reason }),
+            Ok(output) if output.status.success() => {
+                Ok(String::from_utf8_lossy(&output.stdout).trim().into())
+            }
+            Ok(output) => Err(Failure::Status { command, status: output.status, tally: Tally::default() }),
+        }
+    }
+
+    /// What one would type, programs by their name alone.
+    fn line(&self) -> String {
+        let program = Path::new(self.0.get_program()).file_name().unwrap_or_default();
+        let set = self.0.get_envs().filter_map(|(name, value)| {
+            value.map(|value| format!("{}={:?}", name.display(), value.display().to_string()))
+        });
+        let arguments = self.0.get_args().map(|argument| argument.display().to_string());
+        set.chain([program.display().to_string()]).chain(arguments).collect::<Vec<_>>().join(" ")
+    }
+}
+
+#[cfg(test)]
+mod tests;

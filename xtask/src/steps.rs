@@ -1,0 +1,114 @@
+//! Every test there is, as a list: quick things first.
+
+use std::path::Path;
+
+use crate::process::Failure;
+use crate::report::Tally;
+use crate::tools::{self, MICROCONTROLLER};
+use crate::workspace::Workspace;
+
+/// One thing to check.
+#[derive(Clone, Copy)]
+pub(crate) struct Step {
+    pub(crate) name: &'static str,
+    pub(crate) what: &'static str,
+    pub(crate) run: fn(&Workspace) -> Result<Tally, Failure>,
+}
+
+const STEPS: &[Step] = &[
+    Step { name: "fmt", what: "the sources are formatted", run: fmt },
+    Step {
+        name: "target",
+        what: "the core builds for a microcontroller, with and without defmt",
+        run: target,
+    },
+    Step { name: "loom", what: "the core builds with the model checker's primitives", run: loom },
+    Step { name: "clippy", what: "no lint speaks, all targets and features", run: clippy },
+    Step { name: "test", what: "unit, behaviour and documentation tests", run: test },
+    Step { name: "doc", what: "the documentation builds without a warning", run: doc },
+    Step { name: "models", what: "the networks are what their generator makes", run: models },
+    Step { name: "onnx", what: "a second inference engine agrees on the networks", run: onnx },
+    Step { name: "examples", what: "every example runs", run: examples },
+    Step { name: "deny", what: "licences, sources and duplicates of the dependencies", run: deny },
+];
+
+/// What the examples are given, by their file; `{target}` is the folder for everything built.
+const EXAMPLES: &[(&str, &[&str])] =
+    &[("bodies/examples/frames.rs", &["{target}"]), ("bodies/examples/measure.rs", &["models", "3"])];
+
+/// The steps of these names in the order of the list; all of them when no name is given.
+///
+/// # Errors
+/// A name that is not in the list.
+pub(crate) fn choose(names: &[&str]) -> Result<Vec<Step>, String> {
+    let list = STEPS.iter().map(|step| step.name).collect::<Vec<_>>().join(", ");
+    if let Some(unknown) = names.iter().find(|name| STEPS.iter().all(|step| step.name != **name)) {
+        return Err(format!("no step {unknown:?}; there are {list}"));
+    }
+    let chosen = |step: &&Step| names.is_empty() || names.contains(&step.name);
+    Ok(STEPS.iter().filter(chosen).copied().collect())
+}
+
+fn fmt(workspace: &Workspace) -> Result<Tally, Failure> {
+    workspace.cargo(&["fmt", "--all", "--", "--check"]).stream()
+}
+
+fn target(workspace: &Workspace) -> Result<Tally, Failure> {
+    tools::microcontroller(workspace)?;
+    let build = ["build", "--package", "red-core", "--target", MICROCONTROLLER];
+    workspace.cargo(&build).stream()?;
+    workspace.cargo(&build).args(&["--features", "defmt"]).stream()
+}
+
+fn loom(workspace: &Workspace) -> Result<Tally, Failure> {
+    // A folder of its own: the flags would have everything built anew, and then again.
+    let folder = workspace.target.join("loom");
+    let check = ["check", "--package", "red-core"];
+    workspace.cargo(&check).env("RUSTFLAGS", "--cfg loom").env("CARGO_TARGET_DIR", folder).stream()
+}
+
+fn clippy(workspace: &Workspace) -> Result<Tally, Failure> {
+    let all = ["clippy", "--workspace", "--all-targets", "--all-features", "--", "--deny", "warnings"];
+    workspace.cargo(&all).stream()
+}
+
+fn test(workspace: &Workspace) -> Result<Tally, Failure> {
+    workspace.cargo(&["test", "--workspace", "--no-fail-fast"]).stream()
+}
+
+fn doc(workspace: &Workspace) -> Result<Tally, Failure> {
+    workspace.cargo(&["doc", "--workspace", "--no-deps"]).env("RUSTDOCFLAGS", "--deny warnings").stream()
+}
+
+fn models(workspace: &Workspace) -> Result<Tally, Failure> {
+    tools::python(workspace)?.generate(&["--check"])
+}
+
+fn onnx(workspace: &Workspace) -> Result<Tally, Failure> {
+    let library = tools::python(workspace)?.onnxruntime()?;
+    let test = ["test", "--package", "red-bodies", "--features", "ort", "--no-fail-fast"];
+    workspace.cargo(&test).env("ORT_DYLIB_PATH", library).stream()
+}
+
+fn examples(workspace: &Workspace) -> Result<Tally, Failure> {
+    let target = workspace.target.display().to_string();
+    for file in workspace.examples()? {
+        let known = EXAMPLES.iter().find(|(name, _)| file == Path::new(name));
+        let (_, arguments) = known.ok_or_else(|| {
+            Failure::Wrong(format!("{} is not run: give its arguments in xtask's EXAMPLES", file.display()))
+        })?;
+        let arguments: Vec<_> =
+            arguments.iter().map(|argument| argument.replace("{target}", &target)).collect();
+        let package = file.ancestors().nth(2).unwrap_or(&file).join("Cargo.toml");
+        let name = file.file_stem().unwrap_or_default();
+        // The profile of the tests, which is built already.
+        let run =
+            workspace.cargo(&["run", "--quiet", "--profile", "test", "--manifest-path"]).args(&[&package]);
+        run.args(&["--example"]).args(&[name]).args(&["--"]).args(&arguments).stream()?;
+    }
+    Ok(Tally::default())
+}
+
+fn deny(workspace: &Workspace) -> Result<Tally, Failure> {
+    tools::cargo_deny(workspace)?.args(&["--offline", "check", "bans", "licenses", "sources"]).stream()
+}

@@ -1,0 +1,142 @@
+//! Tools that the steps need and a fresh machine lacks: installed where that needs no question.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use crate::process::{Failure, Run};
+use crate::report::Tally;
+use crate::workspace::{Workspace, entries};
+
+/// The microcontroller that the core is built for.
+pub(crate) const MICROCONTROLLER: &str = "thumbv7em-none-eabihf";
+
+/// The version of cargo-deny that `deny.toml` is written for.
+const CARGO_DENY: &str = "0.20.2";
+
+/// Python with what `models/reference-requirements.txt` names, in a folder of its own.
+pub(crate) struct Python<'a> {
+    workspace: &'a Workspace,
+    folder: PathBuf,
+}
+
+impl Python<'_> {
+    /// Runs the generator of the models.
+    ///
+    /// # Errors
+    /// It fails, or finds a difference.
+    pub(crate) fn generate(&self, arguments: &[&str]) -> Result<Tally, Failure> {
+        self.workspace
+            .command(self.folder.join("bin/python"))
+            .args(&["models/generate.py"])
+            .args(arguments)
+            .stream()
+    }
+
+    /// The shared library of onnxruntime.
+    ///
+    /// # Errors
+    /// It is not where its package puts it.
+    pub(crate) fn onnxruntime(&self) -> Result<PathBuf, Failure> {
+        let lib = self.folder.join("lib");
+        let inside = |name: &Path| name.join("site-packages/onnxruntime/capi");
+        let libraries = entries(&lib)?.into_iter().map(|python| inside(&python)).filter(|capi| capi.is_dir());
+        let mut files = Vec::new();
+        for capi in libraries {
+            files.extend(entries(&capi)?);
+        }
+        let is_library = |path: &PathBuf| {
+            path.file_name().is_some_and(|name| name.to_string_lossy().starts_with("libonnxruntime.so"))
+        };
+        files.into_iter().find(is_library).ok_or_else(|| {
+            Failure::Wrong(format!(
+                "no libonnxruntime.so below {}; remove that folder and try again",
+                lib.display()
+            ))
+        })
+    }
+}
+
+/// Python, its folder made and filled if it is not there or not up to date.
+///
+/// # Errors
+/// Python is missing and cannot be installed, or its packages cannot be had.
+pub(crate) fn python(workspace: &Workspace) -> Result<Python<'_>, Failure> {
+    let folder = workspace.target.join("venv");
+    let python = Python { workspace, folder: folder.clone() };
+    let models = workspace.root.join("models");
+    let wanted = ["requirements.txt", "reference-requirements.txt"]
+        .map(|name| read(&models.join(name)))
+        .into_iter()
+        .collect::<Result<String, _>>()?;
+    let stamp = folder.join("installed-requirements.txt");
+    if fs::read_to_string(&stamp).is_ok_and(|installed| installed == wanted) {
+        return Ok(python);
+    }
+    // `ensurepip` is the part of the virtual environments that Debian packs apart.
+    let complete = workspace.command("python3").args(&["-c", "import ensurepip, venv"]).output();
+    if complete.is_err() {
+        debian(workspace, "python3 with venv", &["python3", "python3-venv"])?;
+    }
+    workspace.command("python3").args(&["-m", "venv"]).args(&[&folder]).stream()?;
+    let install = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "-r"];
+    let requirements = models.join("reference-requirements.txt");
+    workspace.command(folder.join("bin/python")).args(&install).args(&[requirements]).stream()?;
+    fs::write(&stamp, wanted)
+        .map_err(|reason| Failure::File { path: stamp.display().to_string(), reason })?;
+    Ok(python)
+}
+
+/// The core library for the microcontroller.
+///
+/// # Errors
+/// rustup is missing, or cannot get it.
+pub(crate) fn microcontroller(workspace: &Workspace) -> Result<(), Failure> {
+    let libraries = ["--print", "target-libdir", "--target", MICROCONTROLLER];
+    let folder = workspace.command("rustc").args(&libraries).output()?;
+    if Path::new(&folder).is_dir() {
+        return Ok(());
+    }
+    let add = ["target", "add", MICROCONTROLLER];
+    match workspace.command("rustup").args(&add).stream() {
+        Ok(_) => Ok(()),
+        Err(Failure::Start { .. }) => Err(Failure::Missing {
+            what: "the core library for Cortex-M4F",
+            install: format!("rustup {} (or your system's package of it)", add.join(" ")),
+        }),
+        Err(failure) => Err(failure),
+    }
+}
+
+/// cargo-deny, built into the target folder if that version is not there.
+///
+/// # Errors
+/// It cannot be built.
+pub(crate) fn cargo_deny(workspace: &Workspace) -> Result<Run, Failure> {
+    let folder = workspace.target.join("tools");
+    let program = folder.join("bin/cargo-deny");
+    let there = workspace.command(&program).args(&["--version"]).output();
+    if !there.is_ok_and(|version| version.ends_with(CARGO_DENY)) {
+        let install = ["install", "--locked", "--quiet", "cargo-deny", "--version", CARGO_DENY, "--root"];
+        workspace.cargo(&install).args(&[&folder]).stream()?;
+    }
+    Ok(workspace.command(program))
+}
+
+/// Installs packages of Debian, if this is one and we may.
+fn debian(workspace: &Workspace, what: &'static str, packages: &[&str]) -> Result<(), Failure> {
+    let install = format!("apt-get update && apt-get install -y {}", packages.join(" "));
+    let is_root = workspace.command("id").args(&["-u"]).output().is_ok_and(|id| id == "0");
+    if !is_root || !Path::new("/etc/debian_version").exists() {
+        return Err(Failure::Missing { what, install: format!("sudo sh -c '{install}'") });
+    }
+    workspace
+        .command("sh")
+        .args(&["-c", &install])
+        .env("DEBIAN_FRONTEND", "noninteractive")
+        .stream()
+        .map(drop)
+}
+
+fn read(path: &Path) -> Result<String, Failure> {
+    fs::read_to_string(path).map_err(|reason| Failure::File { path: path.display().to_string(), reason })
+}
