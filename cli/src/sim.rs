@@ -54,7 +54,11 @@ pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
         schedule: args.schedule,
     };
     let report = progress::during("simulating", || simulate(&workload, &options))?;
-    if args.json { output::json(&report)? } else { output::line(&text(&report))? }
+    if args.json {
+        output::json(&report)?
+    } else {
+        output::line(&text(&report))?
+    }
     Ok(Answer::Yes)
 }
 
@@ -75,11 +79,21 @@ fn text(report: &Report) -> String {
 
 fn tasks(report: &Report) -> Table {
     let mut table = Table::new(&[
-        "task", "released", "completed", "on time", "missed", "shed", "p50", "p99", "max response", "max tardiness",
+        "task",
+        "released",
+        "completed",
+        "on time",
+        "missed",
+        "shed",
+        "p50",
+        "p99",
+        "max response",
+        "max tardiness",
         "QoE 1",
     ]);
     for task in &report.tasks {
-        let counts = [task.released, task.completed, task.on_time, task.missed, task.shed].map(|count| count.to_string());
+        let counts = [task.released, task.completed, task.on_time, task.missed, task.shed]
+            .map(|count| count.to_string());
         let response = &task.response_ns;
         let times = [response.p50, response.p99, response.max, task.tardiness_ns.max].map(time);
         let quality = task.qoe.get("1").copied().flatten();

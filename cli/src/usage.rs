@@ -16,14 +16,16 @@ pub(crate) fn report(error: &Error) -> ExitCode {
         let _ = error.print();
         return ExitCode::SUCCESS;
     }
-    let arguments: Vec<String> = std::env::args_os().map(|argument| argument.to_string_lossy().into_owned()).collect();
+    let arguments: Vec<String> =
+        std::env::args_os().map(|argument| argument.to_string_lossy().into_owned()).collect();
     output::note(message(&error.render().to_string(), &arguments).trim_end());
     ExitCode::from(2)
 }
 
 /// The parser's text, in which it quotes arguments or their parts after `=`.
 fn message(text: &str, arguments: &[String]) -> String {
-    let mut foreign: Vec<&str> = arguments.iter().flat_map(|argument| argument.split('=').chain([&**argument])).collect();
+    let mut foreign: Vec<&str> =
+        arguments.iter().flat_map(|argument| argument.split('=').chain([&**argument])).collect();
     foreign.retain(|part| shown(part) != *part);
     foreign.sort_unstable_by_key(|part| std::cmp::Reverse(part.len()));
     let text = foreign.iter().fold(text.to_owned(), |text, part| text.replace(part, &shown(part)));
@@ -31,7 +33,10 @@ fn message(text: &str, arguments: &[String]) -> String {
 }
 
 fn shown(foreign: &str) -> String {
-    let escaped: String = foreign.chars().map(|c| if matches!(c, '"' | '\'') { c.to_string() } else { c.escape_debug().to_string() }).collect();
+    let escaped: String = foreign
+        .chars()
+        .map(|c| if matches!(c, '"' | '\'') { c.to_string() } else { c.escape_debug().to_string() })
+        .collect();
     if escaped.chars().count() <= SHOWN_CHARACTERS {
         return escaped;
     }

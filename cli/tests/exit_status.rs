@@ -1,6 +1,5 @@
 //! Exit statuses, and what goes where: answers to standard output, everything else to standard error.
 
-#[expect(dead_code, reason = "this file needs only a part of it")]
 mod process;
 
 use process::{command, ended, file, run};
@@ -47,12 +46,15 @@ fn wrong_usage_is_refused() {
     refused(&["plan", "examples/cruise.toml", "--jsno"], &["--json"]);
     refused(&["sim", "examples/cruise.toml", "--policy", "redtr"], &["redtr", "'redrt'"]);
     for horizon in ["60", "-1s", "1.5s", "1h", "nan", "", "99999999999999999999s"] {
-        refused(&["sim", "examples/cruise.toml", &format!("--horizon={horizon}")], &["--horizon", "such as 60s"]);
+        refused(
+            &["sim", "examples/cruise.toml", &format!("--horizon={horizon}")],
+            &["--horizon", "such as 60s"],
+        );
     }
     for model in ["uniform:1..0", "uniform", "gauss:0..1"] {
         refused(&["sim", "examples/cruise.toml", "--execution", model], &["uniform:LOW..HIGH"]);
     }
-    refused(&["sim", "examples/cruise.toml", "--seed", "-1"], &["--seed"]);
+    refused(&["sim", "examples/cruise.toml", "--seed=-1"], &["--seed"]);
     refused(&["--json", "plan", "examples/cruise.toml"], &["plan"]);
 }
 
@@ -78,7 +80,7 @@ fn files_that_are_no_workload_are_refused() {
         for path in [&empty, &binary, &truncated] {
             refused(&[subcommand, path.to_str().unwrap()], &["expected"]);
         }
-        refused(&[subcommand, misspelt.to_str().unwrap()], &[":4:1:", "dedline", "did you mean `deadline`?"]);
+        refused(&[subcommand, misspelt.to_str().unwrap()], &[":5:1:", "dedline", "did you mean `deadline`?"]);
     }
     refused(&["plan", misspelt.to_str().unwrap(), "--json"], &["deadline"]);
 }

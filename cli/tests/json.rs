@@ -67,7 +67,10 @@ fn a_simulation_has_the_keys_of_the_contract() {
     assert_eq!(keys(&report["pools"][0]), ["busy_ns", "lanes", "name"]);
 
     let listed = object(&["sim", "examples/cruise.toml", "--json", "--schedule", "--horizon", "1s"]);
-    assert_eq!(keys(&listed["schedule"][0]), ["finish_ns", "job", "lane", "node", "pool", "start_ns", "task"]);
+    assert_eq!(
+        keys(&listed["schedule"][0]),
+        ["finish_ns", "job", "lane", "node", "pool", "start_ns", "task"]
+    );
     assert_eq!(listed["sheds"], Value::Array(Vec::new()));
 }
 
@@ -99,7 +102,8 @@ fn same_arguments_give_the_same_bytes() {
 #[test]
 fn seeds_count_where_times_are_drawn() {
     let with = |seed| {
-        run(&["sim", "examples/cruise.toml", "--execution", "uniform:0.5..1.0", "--seed", seed, "--schedule"]).1
+        run(&["sim", "examples/cruise.toml", "--execution", "uniform:0.5..1.0", "--seed", seed, "--schedule"])
+            .1
     };
     assert_ne!(with("1"), with("2"));
 }

@@ -24,7 +24,11 @@ fn the_papers_scenarios_run_under_every_policy() {
         for policy in POLICIES {
             let report = answer(&["sim", &path, "--json", "--policy", policy]);
             let task = &report["tasks"][0];
-            assert_eq!((&task["released"], &task["completed"]), (&25.into(), &25.into()), "{scenario}, {policy}");
+            assert_eq!(
+                (&task["released"], &task["completed"]),
+                (&25.into(), &25.into()),
+                "{scenario}, {policy}"
+            );
             saved.push(report["encoder_runs_saved"].as_u64().expect("a count"));
         }
         let [edf, fg, ida, red, redrt] = saved[..] else { panic!("five policies") };

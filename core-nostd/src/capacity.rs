@@ -12,10 +12,28 @@ pub trait Empty {
     const EMPTY: Self;
 }
 
-macro_rules! empty_integers {
-    ($($t:ty)*) => { $(impl Empty for $t { const EMPTY: Self = 0; })* };
+macro_rules! empty {
+    ($($t:ty = $zero:expr),*) => { $(impl $crate::capacity::Empty for $t { const EMPTY: Self = $zero; })* };
 }
-empty_integers!(u8 u16 u32 u64 i64 u128);
+empty!(u8 = 0, u16 = 0, u32 = 0, u64 = 0, i64 = 0, u128 = 0, bool = false);
+
+/// Defines a struct that is empty when all its fields are.
+macro_rules! stored {
+    ($(#[$meta:meta])* $vis:vis struct $name:ident $(<$g:ident: $bound:path>)? {
+        $($(#[$field_meta:meta])* $field_vis:vis $field:ident: $t:ty,)*
+    }) => {
+        $(#[$meta])*
+        $vis struct $name $(<$g: $bound>)? { $($(#[$field_meta])* $field_vis $field: $t,)* }
+        impl $(<$g: $bound>)? $crate::capacity::Empty for $name $(<$g>)? {
+            const EMPTY: Self = Self { $($field: <$t as $crate::capacity::Empty>::EMPTY,)* };
+        }
+    };
+}
+pub(crate) use {empty, stored};
+
+impl<T> Empty for Option<T> {
+    const EMPTY: Self = None;
+}
 
 impl<A: Empty, B: Empty> Empty for (A, B) {
     const EMPTY: Self = (A::EMPTY, B::EMPTY);

@@ -1,6 +1,5 @@
 //! What the executive does: a plain struct of integers, and the five named configurations.
 
-use crate::capacity::Empty;
 use crate::deadlines::DeadlineRule;
 use crate::policy::Overload;
 use crate::time::{Bytes, Duration};
@@ -76,65 +75,47 @@ pub enum Admission {
     Enforce,
 }
 
-/// Configuration of a scheduler.
-///
-/// ```
-/// use red_core::{Config, DeadlineRule};
-/// let ours = Config::REDRT.with_lanes(2);
-/// assert_eq!(ours.rule, DeadlineRule::LatestStart);
-/// ```
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Config {
-    /// Lanes of the first pool.
-    pub lanes: u8,
-    /// Memory budget of the first pool; `None` is unlimited.
-    pub memory: Option<Bytes>,
-    /// How sub-deadlines are assigned.
-    pub rule: DeadlineRule,
-    /// What a node waits for.
-    pub gate: Gate,
-    /// When sub-deadlines are assigned again.
-    pub reassign: Reassign,
-    /// Whether stages are refined into encoder and decoders; the host builds its graphs by it.
-    pub refine: bool,
-    /// gamma of DynamicMerge; `None` is no merging. Paper: 100 ms.
-    pub merge_skew: Option<Duration>,
-    /// Whether encoder results are shared beyond their unit.
-    pub frame_cache: bool,
-    /// Which jobs are given up.
-    pub shed: Shed,
-    /// What happens to late jobs.
-    pub late: Late,
-    /// Where best cases come from.
-    pub best_case: BestCase,
-    /// When the monitor speaks of overload.
-    pub overload: Overload,
-    /// Whether a task that does not fit is refused.
-    pub admission: Admission,
-    /// Whether a waiting node takes the lane of a running one with a larger key. For hosts whose lanes can
-    /// give a unit back.
-    pub preempt: bool,
-}
-
-/// All-zero bits: a scheduler that was not configured yet.
-impl Empty for Config {
-    const EMPTY: Self = Self {
-        lanes: 0,
-        memory: None,
-        rule: DeadlineRule::EndToEnd,
-        gate: Gate::Precedence,
-        reassign: Reassign::Never,
-        refine: false,
-        merge_skew: None,
-        frame_cache: false,
-        shed: Shed::Never,
-        late: Late::Continue,
-        best_case: BestCase::Observed,
-        overload: Overload::EMPTY,
-        admission: Admission::Report,
-        preempt: false,
-    };
+crate::capacity::stored! {
+    /// Configuration of a scheduler.
+    ///
+    /// ```
+    /// use red_core::{Config, DeadlineRule};
+    /// let ours = Config::REDRT.with_lanes(2);
+    /// assert_eq!(ours.rule, DeadlineRule::LatestStart);
+    /// ```
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+    pub struct Config {
+        /// Lanes of the first pool.
+        pub lanes: u8,
+        /// Memory budget of the first pool; `None` is unlimited.
+        pub memory: Option<Bytes>,
+        /// How sub-deadlines are assigned.
+        pub rule: DeadlineRule,
+        /// What a node waits for.
+        pub gate: Gate,
+        /// When sub-deadlines are assigned again.
+        pub reassign: Reassign,
+        /// Whether stages are refined into encoder and decoders; the host builds its graphs by it.
+        pub refine: bool,
+        /// gamma of DynamicMerge; `None` is no merging. Paper: 100 ms.
+        pub merge_skew: Option<Duration>,
+        /// Whether encoder results are shared beyond their unit.
+        pub frame_cache: bool,
+        /// Which jobs are given up.
+        pub shed: Shed,
+        /// What happens to late jobs.
+        pub late: Late,
+        /// Where best cases come from.
+        pub best_case: BestCase,
+        /// When the monitor speaks of overload.
+        pub overload: Overload,
+        /// Whether a task that does not fit is refused.
+        pub admission: Admission,
+        /// Whether a waiting node takes the lane of a running one with a larger key. For hosts whose lanes can
+        /// give a unit back.
+        pub preempt: bool,
+    }
 }
 
 /// gamma: paper section 3.2.
@@ -203,6 +184,17 @@ impl Config {
 
     /// Whether anything reads the estimator.
     pub(crate) const fn observes(&self) -> bool {
-        self.residual() || (matches!(self.shed, Shed::Hopeless) && matches!(self.best_case, BestCase::Observed))
+        self.residual()
+            || (matches!(self.shed, Shed::Hopeless) && matches!(self.best_case, BestCase::Observed))
     }
 }
+
+crate::capacity::empty!(
+    Gate = Self::Precedence,
+    Reassign = Self::Never,
+    Shed = Self::Never,
+    Late = Self::Continue,
+    BestCase = Self::Observed,
+    Admission = Self::Report,
+    DeadlineRule = Self::EndToEnd
+);

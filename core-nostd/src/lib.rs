@@ -43,24 +43,28 @@ mod shared;
 pub mod sync;
 mod time;
 
-pub use analysis::{Bound, Certificate, Demand, LevelCapacity, level_capacity, response_time, utilisation_slack};
+pub use analysis::{
+    Bound, Certificate, Demand, LevelCapacity, level_capacity, response_time, utilisation_slack,
+};
 pub use capacity::{Capacity, Caps, Empty, Item, Store, Table};
 pub use config::{Admission, BestCase, Config, Gate, Late, Reassign, Shed};
 pub use deadlines::{DeadlineRule, Estimator, LevelShares, SubDeadlines, shares};
 pub use graph::{
-    Dag, Divisibility, EdgeError, Frame, Levels, Node, NodeError, NodeSet, RefineError, Refined, Role, critical_path,
-    heads, refine, tails,
+    Dag, Divisibility, EdgeError, Frame, Levels, Node, NodeError, NodeSet, RefineError, Refined, Role,
+    critical_path, heads, refine, tails,
 };
 pub use id::{JobId, LaneId, NodeId, PoolId, SensorId, TaskId, UnitId};
 pub use policy::{Floor, Overload, Urgency};
 pub use ready_queue::{Entry, ReadyQueue};
+pub use scheduler::Scheduler;
 pub use scheduler::action::{Action, Dispatch, Outcome, ShedReason};
 pub use scheduler::complete::CompleteError;
 pub use scheduler::edit::{CommitError, Edit};
 pub use scheduler::event::{Event, EventKind};
+pub use scheduler::pools::{PoolError, SensorError};
 pub use scheduler::release::ReleaseError;
+pub use scheduler::status::Counters;
 pub use scheduler::tasks::{AddTaskError, Timing};
 pub use scheduler::units::{Member, Unit};
-pub use scheduler::{Counters, PoolError, Scheduler, SensorError};
 pub use shared::{Request, Requests, SharedScheduler};
 pub use time::{Bytes, Contention, CostEstimate, Duration, Instant, Ppm, SignedDuration, Wcet};

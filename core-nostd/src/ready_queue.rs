@@ -7,14 +7,17 @@
 //! Time bound: push, pop, re-key, remove O(log4 N); peek O(1).
 
 use crate::capacity::{Empty, Store};
+use core::hint::select_unpredictable;
 
-/// Key of the scheduler's queues: absolute key, then release, then task order, then job index.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) struct Rank {
-    key: i64,
-    release: u64,
-    /// Task order in the high 8 bits, job index below.
-    tie: u64,
+crate::capacity::stored! {
+    /// Key of the scheduler's queues: absolute key, then release, then task order, then job index.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+    pub(crate) struct Rank {
+        key: i64,
+        release: u64,
+        /// Task order in the high 8 bits, job index below.
+        tie: u64,
+    }
 }
 
 impl Rank {
@@ -24,17 +27,13 @@ impl Rank {
     }
 
     pub(crate) const fn tie(task_order: u8, job_index: u64) -> u64 {
-        (task_order as u64) << 56 | job_index & (1 << 56) - 1
+        (task_order as u64) << 56 | (job_index & ((1 << 56) - 1))
     }
 
     /// The job index in a tie.
     pub(crate) const fn index_in(tie: u64) -> u64 {
-        tie & (1 << 56) - 1
+        tie & ((1 << 56) - 1)
     }
-}
-
-impl Empty for Rank {
-    const EMPTY: Self = Self { key: 0, release: 0, tie: 0 };
 }
 
 /// One queued slot.
@@ -120,7 +119,7 @@ where
         }
         let end = self.len();
         self.len += 1;
-        self.rise(end, Entry { key, slot: slot as u16 });
+        self.rise(end, key, slot as u16);
     }
 
     /// Takes the smallest key's slot.
@@ -139,9 +138,7 @@ where
         if place == 0 {
             return false;
         }
-        let place = usize::from(place - 1);
-        let entry = Entry { key, slot: slot as u16 };
-        if key < self.entries[place].key { self.rise(place, entry) } else { self.sink(place, entry) }
+        self.settle(usize::from(place - 1), key, slot as u16);
         true
     }
 
@@ -161,58 +158,69 @@ where
         self.len -= 1;
         let end = self.len();
         if place < end {
-            let last = self.entries[end];
-            let parent = (place.max(1) - 1) / ARITY;
-            if place > 0 && last.key < self.entries[parent].key {
-                self.rise(place, last);
-            } else {
-                self.sink(place, last);
-            }
+            let last = &self.entries[end];
+            let (key, slot) = (last.key, last.slot);
+            self.settle(place, key, slot);
         }
     }
 
+    /// Puts an entry into the hole at `place`, or where it belongs from there.
     #[inline(always)]
-    fn put(&mut self, place: usize, entry: Entry<K>) {
-        self.entries[place] = entry;
-        self.position[usize::from(entry.slot)] = place as u16 + 1;
+    fn settle(&mut self, place: usize, key: K, slot: u16) {
+        let parent = (place.max(1) - 1) / ARITY;
+        if place > 0 && key < self.entries[parent].key {
+            self.rise(place, key, slot);
+        } else {
+            self.sink(place, key, slot);
+        }
+    }
+
+    /// Key and slot are stored one by one: an entry that is copied whole is loaded by one wide load, which waits
+    /// for narrow stores before it.
+    #[inline(always)]
+    fn put(&mut self, place: usize, key: K, slot: u16) {
+        let entry = &mut self.entries[place];
+        entry.key = key;
+        entry.slot = slot;
+        self.position[usize::from(slot)] = place as u16 + 1;
     }
 
     #[inline(always)]
-    fn rise(&mut self, mut hole: usize, entry: Entry<K>) {
+    fn rise(&mut self, mut hole: usize, key: K, slot: u16) {
         while hole > 0 {
             let parent = (hole - 1) / ARITY;
-            if self.entries[parent].key <= entry.key {
+            let Entry { key: above, slot: its_slot } = self.entries[parent];
+            if above <= key {
                 break;
             }
-            self.put(hole, self.entries[parent]);
+            self.put(hole, above, its_slot);
             hole = parent;
         }
-        self.put(hole, entry);
+        self.put(hole, key, slot);
     }
 
     #[inline(always)]
-    fn sink(&mut self, mut hole: usize, entry: Entry<K>) {
+    fn sink(&mut self, mut hole: usize, key: K, slot: u16) {
         let len = self.len();
         loop {
             let first = hole * ARITY + 1;
-            if first >= len {
+            let children = self.entries.as_ref().get(first..(first + ARITY).min(len));
+            let Some((child, others)) = children.and_then(<[_]>::split_first) else { break };
+            let (mut least, mut below) = (first, child.key);
+            for (place, other) in (first + 1..).zip(others) {
+                // Which child is least cannot be predicted.
+                let is_less = other.key < below;
+                least = select_unpredictable(is_less, place, least);
+                below = select_unpredictable(is_less, other.key, below);
+            }
+            if key <= below {
                 break;
             }
-            let mut least = first;
-            let mut key = self.entries[first].key;
-            for child in first + 1..(first + ARITY).min(len) {
-                let other = self.entries[child].key;
-                if other < key {
-                    (least, key) = (child, other);
-                }
-            }
-            if entry.key <= key {
-                break;
-            }
-            self.put(hole, self.entries[least]);
+            let its_slot = self.entries[least].slot;
+            self.put(hole, below, its_slot);
             hole = least;
         }
-        self.put(hole, entry);
+        self.put(hole, key, slot);
     }
 }
 

@@ -3,25 +3,23 @@
 //! Lanes take the lock; everybody else posts a request into a mailbox of its own, and the next lane that has
 //! the lock applies it. So all inputs have one total order, that of the lock.
 
-use crate::capacity::{Capacity, Empty};
+use crate::capacity::Capacity;
 use crate::id::TaskId;
 use crate::scheduler::Scheduler;
 use crate::sync::{Exclusive, Mailbox, Post};
 use crate::time::Instant;
 
-/// A release, asked for from outside of the lanes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Request {
-    /// Whose job.
-    pub task: TaskId,
-    /// When it was released.
-    pub at: Instant,
-    /// The frame that it reads; `None` as in `release_at`.
-    pub capture: Option<u64>,
-}
-
-impl Empty for Request {
-    const EMPTY: Self = Self { task: TaskId::EMPTY, at: Instant::ZERO, capture: None };
+crate::capacity::stored! {
+    /// A release, asked for from outside of the lanes.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub struct Request {
+        /// Whose job.
+        pub task: TaskId,
+        /// When it was released.
+        pub at: Instant,
+        /// The frame that it reads; `None` as in `release_at`.
+        pub capture: Option<u64>,
+    }
 }
 
 /// A scheduler behind a lock, with mailboxes for `PRODUCERS` threads that are not lanes, `DEPTH` requests each.
@@ -49,7 +47,12 @@ impl Empty for Request {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug)]
-pub struct SharedScheduler<C: Capacity, L: Exclusive<Scheduler<C>>, const PRODUCERS: usize, const DEPTH: usize> {
+pub struct SharedScheduler<
+    C: Capacity,
+    L: Exclusive<Scheduler<C>>,
+    const PRODUCERS: usize,
+    const DEPTH: usize,
+> {
     lock: L,
     mailboxes: [Mailbox<Request, DEPTH>; PRODUCERS],
     capacity: core::marker::PhantomData<C>,
@@ -79,13 +82,15 @@ impl<const DEPTH: usize> Requests<'_, DEPTH> {
     }
 }
 
-impl<C: Capacity, L: Exclusive<Scheduler<C>>, const PRODUCERS: usize, const DEPTH: usize> SharedScheduler<C, L, PRODUCERS, DEPTH> {
+impl<C: Capacity, L: Exclusive<Scheduler<C>>, const PRODUCERS: usize, const DEPTH: usize>
+    SharedScheduler<C, L, PRODUCERS, DEPTH>
+{
     /// Shares a scheduler.
     #[must_use]
     pub fn new(scheduler: Scheduler<C>) -> Self {
         Self {
             lock: L::new(scheduler),
-            mailboxes: [const { () }; PRODUCERS].map(|()| Mailbox::new()),
+            mailboxes: core::array::from_fn(|_| Mailbox::new()),
             capacity: core::marker::PhantomData,
         }
     }

@@ -228,14 +228,6 @@ macro_rules! of_duration {
 }
 of_duration!(Wcet Contention CostEstimate);
 
-impl Empty for Instant {
-    const EMPTY: Self = Self::ZERO;
-}
-
-impl Empty for Duration {
-    const EMPTY: Self = Self::ZERO;
-}
-
 impl fmt::Display for Duration {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (unit, name) = match self.0 {
@@ -247,6 +239,8 @@ impl fmt::Display for Duration {
         write!(f, "{}.{:03} {name}", self.0 / unit, self.0 % unit * 1_000 / unit)
     }
 }
+
+crate::capacity::empty!(Instant = Self::ZERO, Duration = Self::ZERO, Bytes = Self(0), Ppm = Self(0));
 
 #[cfg(test)]
 mod tests;

@@ -88,6 +88,9 @@ pub const MERGE_WINDOW_NS: u64 = 100_000_000;
 /// Jobs in flight beyond which a release is shed.
 pub const JOBS_IN_FLIGHT: usize = 64;
 
+/// Jobs of a task over which sheds by choice are remembered.
+pub const FLOOR_MEMORY: u64 = 128;
+
 /// Simulates `workload` over [0, `horizon_ns`) under `policy`, without preemption.
 ///
 /// # Panics
@@ -105,6 +108,7 @@ pub fn simulate(workload: &Workload, policy: Policy, horizon_ns: u64) -> Outcome
 struct Unit {
     pool: usize,
     lane: u32,
+    start: u64,
     finish: u64,
     memory: u64,
     /// Set where the unit is an encoder.

@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 fn dbg() {
     let Ok(seeds) = std::env::var("DBG") else { return };
     let nomem = std::env::var("NOMEM").is_ok();
-    let shape = if nomem { Shape { memory: false, ..Shape::default() } } else { Shape::default() };
+    let shape = Shape { memory: !nomem, pools: if std::env::var("ONE").is_ok() {1} else {2}, ..Shape::default() };
     let pols: Vec<usize> = std::env::var("POL").map(|p| p.split(',').map(|x| x.parse().unwrap()).collect()).unwrap_or(vec![0,1,2,3,4]);
     for seed in seeds.split(',').map(|s| s.parse::<u64>().unwrap()) { for &p in &pols {
         let policy = Policy::ALL[p];

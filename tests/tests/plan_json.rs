@@ -1,11 +1,12 @@
 //! The integers that `redrt plan --json` prints against an independent implementation of the specification, on
 //! random workloads: stages, markers, atomic nodes, several pools, tight and loose deadlines.
 
-use red_sim::Lab;
+use red_sim::{Execution, Lab, Options, simulate};
 use red_tests::plan as reference;
 use red_tests::rng::{Shape, random_workload};
 use red_workload::model::Workload;
-use red_workload::plan::{NodePlan, TaskPlan, plan};
+use red_workload::plan::{Guarantee, NodePlan, TaskPlan, plan};
+use red_workload::policy::Policy;
 
 fn nodes(planned: &[NodePlan]) -> Vec<reference::PlanNode> {
     let unsigned = |ns: i64| u64::try_from(ns).expect("a sub-deadline by level or path is not negative");
@@ -74,4 +75,33 @@ fn plans_equal_the_reference_when_a_deadline_is_tight() {
         }
         check(seed, &workload);
     }
+}
+
+/// What is proved holds for every execution time up to the WCET, before and after events.
+#[test]
+fn what_is_proved_never_misses() {
+    let shape = Shape { tasks: 2, pools: 2, load_percent: (10, 70), ..Shape::default() };
+    let mut proved = 0;
+    for seed in 0..1_500 {
+        let workload = random_workload(seed, &shape);
+        if plan::<Lab>(&workload).expect("valid").admission.guarantee != Guarantee::Analytic {
+            continue;
+        }
+        proved += 1;
+        for execution in [Execution::Wcet, Execution::Uniform { low_ppm: 0, high_ppm: 1_000_000 }] {
+            let horizon_ns = 2_000_000_000;
+            let options = Options {
+                policy: Policy::Redrt,
+                horizon_ns,
+                seed,
+                execution,
+                preempt: false,
+                schedule: false,
+            };
+            let report = simulate(&workload, &options).expect("valid");
+            let missed: u64 = report.tasks.iter().map(|task| task.missed).sum();
+            assert_eq!(missed, 0, "seed {seed}, {execution:?}");
+        }
+    }
+    assert!(proved >= 100, "only {proved} random workloads are proved");
 }

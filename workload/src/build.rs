@@ -77,7 +77,7 @@ pub struct Plan<C: Capacity> {
 /// A workload does not fit the executive. Files that were read by this crate do, except for `Sensors`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum BuildError {
-    /// The executive knows 16 distinct sensor periods.
+    /// The executive knows as many distinct sensor periods as tasks: 16.
     Sensors,
     /// A node of this task was refused.
     Node(String, NodeError),

@@ -10,8 +10,8 @@ use crate::build::{self, BuildError};
 use crate::model::{Arrival, Task, Workload};
 use admission::{Pools, Versions};
 use red_core::{
-    Capacity, Config, Dag, DeadlineRule, Duration, Empty, LevelShares, Levels, Scheduler, SubDeadlines, critical_path,
-    level_capacity, shares, tails,
+    Capacity, Config, Dag, DeadlineRule, Duration, Empty, LevelShares, Levels, Scheduler, SubDeadlines,
+    critical_path, level_capacity, shares, tails,
 };
 use serde::Serialize;
 
@@ -99,7 +99,9 @@ pub fn plan<C: Capacity>(workload: &Workload) -> Result<Plan, BuildError> {
     let versions = admission::versions(workload, &built, &pools)?;
     let tasks = workload.tasks.iter().enumerate();
     Ok(Plan {
-        tasks: tasks.map(|(i, task)| task_plan(task, &built.dags[i], &built.nodes[i], &versions[i], &pools)).collect(),
+        tasks: tasks
+            .map(|(i, task)| task_plan(task, &built.dags[i], &built.nodes[i], &versions[i], &pools))
+            .collect(),
         admission: admission::judge(workload, &pools, &versions),
         scheduler_bytes: Scheduler::<C>::SIZE - Scheduler::<C>::RECORD_SIZE,
     })

@@ -110,5 +110,5 @@ fn examples(workspace: &Workspace) -> Result<Tally, Failure> {
 }
 
 fn deny(workspace: &Workspace) -> Result<Tally, Failure> {
-    tools::cargo_deny(workspace)?.args(&["--offline", "check", "bans", "licenses", "sources"]).stream()
+    tools::cargo_deny(workspace)?.args(&["check", "bans", "licenses", "sources"]).stream()
 }

@@ -7,8 +7,12 @@ use red_workload::plan::{Cure, Guarantee, Plan, Proof, TaskPlan};
 
 /// The whole plan: tasks, pools, verdict.
 pub(super) fn text(workload: &Workload, plan: &Plan, cures: &[Cure]) -> String {
-    let mut parts: Vec<String> =
-        workload.tasks.iter().zip(&plan.tasks).map(|(task, planned)| of_task(workload, task, planned)).collect();
+    let mut parts: Vec<String> = workload
+        .tasks
+        .iter()
+        .zip(&plan.tasks)
+        .map(|(task, planned)| of_task(workload, task, planned))
+        .collect();
     parts.push(pools(workload, plan).to_string());
     parts.push(verdict(plan));
     parts.push(refusal(plan, cures).join("\n"));
@@ -22,8 +26,10 @@ pub(super) fn refusal(plan: &Plan, cures: &[Cure]) -> Vec<String> {
         return Vec::new();
     }
     let missing = signed(-i128::from(plan.admission.margin_ns));
-    let unit = if plan.admission.binding.starts_with("utilisation") { " of lane time per second" } else { "" };
-    let mut lines = vec![format!("does not fit: {} exceeds its limit by {missing}{unit}", plan.admission.binding)];
+    let unit =
+        if plan.admission.binding.starts_with("utilisation") { " of lane time per second" } else { "" };
+    let mut lines =
+        vec![format!("does not fit: {} exceeds its limit by {missing}{unit}", plan.admission.binding)];
     match cures {
         [] => lines.push("no single change of deadlines, periods, lanes or costs makes it fit".to_owned()),
         _ => lines.push("any one of these makes it fit:".to_owned()),
@@ -35,7 +41,9 @@ pub(super) fn refusal(plan: &Plan, cures: &[Cure]) -> Vec<String> {
 fn of_task(workload: &Workload, task: &Task, planned: &TaskPlan) -> String {
     let arrival = match task.arrival {
         Arrival::Periodic { period_ns } => format!("period {}", Duration::from_nanos(period_ns)),
-        Arrival::Sporadic { min_interarrival_ns: t } => format!("min inter-arrival {}", Duration::from_nanos(t)),
+        Arrival::Sporadic { min_interarrival_ns: t } => {
+            format!("min inter-arrival {}", Duration::from_nanos(t))
+        }
         Arrival::Once => "released once".to_owned(),
     };
     let head = format!(
@@ -56,10 +64,14 @@ fn of_task(workload: &Workload, task: &Task, planned: &TaskPlan) -> String {
         .collect();
     let by_level = match short.len() {
         0 => "  by level: each level's Graham bound is within its share".to_owned(),
-        _ => format!("  by level: Graham bound above the share at height {}; not needed to fit", short.join(", ")),
+        _ => format!(
+            "  by level: Graham bound above the share at height {}; not needed to fit",
+            short.join(", ")
+        ),
     };
     let condition = if certificate.paper_condition { "holds" } else { "does not hold" };
-    let condition = format!("  paper's condition (ii), work <= lanes * deadline: {condition}; necessary only");
+    let condition =
+        format!("  paper's condition (ii), work <= lanes * deadline: {condition}; necessary only");
     let tables = [levels(planned).to_string(), nodes(workload, planned).to_string()];
     format!("{head}\n\n{}\n\n{}\n{by_level}\n{condition}", tables.join("\n\n"), proofs.join("\n"))
 }
@@ -75,7 +87,15 @@ fn levels(planned: &TaskPlan) -> Table {
 
 fn nodes(workload: &Workload, planned: &TaskPlan) -> Table {
     let mut table = Table::new(&[
-        "node", "height", "pool", "memory", "cost", "level sum", "level Graham", "path prop.", "latest finish",
+        "node",
+        "height",
+        "pool",
+        "memory",
+        "cost",
+        "level sum",
+        "level Graham",
+        "path prop.",
+        "latest finish",
         "latest start",
     ]);
     for node in &planned.nodes {
@@ -96,7 +116,8 @@ fn nodes(workload: &Workload, planned: &TaskPlan) -> Table {
 
 /// A certificate in words: the bound, its numbers, and what it is held against.
 fn in_words(proof: &Proof, is_change: bool) -> String {
-    let when = if is_change { format!("after {}", Duration::from_nanos(proof.at_ns)) } else { "alone".to_owned() };
+    let when =
+        if is_change { format!("after {}", Duration::from_nanos(proof.at_ns)) } else { "alone".to_owned() };
     let (work, path) = (Duration::from_nanos(proof.work_ns), Duration::from_nanos(proof.critical_path_ns));
     let bound = match proof.bound {
         "several-pools" => format!("(1 - 1/{}) * L + the sum of W/m over its pools", proof.lanes),
@@ -130,8 +151,12 @@ fn pools(workload: &Workload, plan: &Plan) -> Table {
 fn verdict(plan: &Plan) -> String {
     let admission = &plan.admission;
     let worth = match admission.guarantee {
-        Guarantee::Analytic => "analytic: proved for every release offset and every execution time up to the WCET",
-        Guarantee::Empirical => "empirical: every test says yes and a simulation at WCET shows no miss; not a proof",
+        Guarantee::Analytic => {
+            "analytic: proved for every release offset and every execution time up to the WCET"
+        }
+        Guarantee::Empirical => {
+            "empirical: every test says yes and a simulation at WCET shows no miss; not a proof"
+        }
         Guarantee::BestEffort => "best effort: no proof, and no simulation without a miss",
     };
     let fits = if admission.fits { "yes" } else { "no" };

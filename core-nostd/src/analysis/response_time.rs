@@ -31,7 +31,17 @@ pub fn response_time<C: Capacity>(
     lanes: &[u8],
     budgets: &[Option<Bytes>],
 ) -> Certificate {
-    let levels = Levels::of(dag);
+    bound_by_levels(dag, &Levels::of(dag), limit, lanes, budgets)
+}
+
+/// `response_time` for who has the levels already.
+pub(crate) fn bound_by_levels<C: Capacity>(
+    dag: &Dag<C>,
+    levels: &Levels<C>,
+    limit: Duration,
+    lanes: &[u8],
+    budgets: &[Option<Bytes>],
+) -> Certificate {
     let lanes_of = |pool: usize| lanes.get(pool).map_or(1, |m| u64::from((*m).max(1)));
     let mut per_pool = <C::Pools<u64>>::EMPTY;
     let mut used = 0u32;
@@ -41,8 +51,8 @@ pub fn response_time<C: Capacity>(
     }
     let pools = || (0..C::POOLS).filter(move |p| used >> p & 1 != 0);
     let widest = pools().map(lanes_of).max().unwrap_or(1);
-    let mut paths = Peeler::new(dag, &levels);
-    let longest = paths.peel(dag, &levels);
+    let mut paths = Peeler::new(dag, levels);
+    let longest = paths.peel(dag, levels);
     let (bound, response) = if used.count_ones() > 1 {
         let scaled = u128::from(longest) * u128::from(widest - 1) / u128::from(widest);
         let shares = pools().fold(0u64, |sum, p| sum.saturating_add(per_pool[p].div_ceil(lanes_of(p))));
@@ -51,7 +61,7 @@ pub fn response_time<C: Capacity>(
         let mut rest = dag.work() - longest;
         let mut best = (Bound::Graham, longest + rest.div_ceil(widest));
         for j in 1..widest {
-            rest -= paths.peel(dag, &levels);
+            rest -= paths.peel(dag, levels);
             let value = longest + rest.div_ceil(widest - j);
             if value < best.1 {
                 best = (Bound::LongPath { paths: j as u8 }, value);
@@ -67,7 +77,11 @@ pub fn response_time<C: Capacity>(
         response: Duration::from_nanos(response),
         limit,
         memory_holds: pools().all(|p| {
-            budgets.get(p).copied().flatten().is_none_or(|budget| never_waits_for_memory(dag, p, lanes_of(p), budget))
+            budgets
+                .get(p)
+                .copied()
+                .flatten()
+                .is_none_or(|budget| never_waits_for_memory(dag, p, lanes_of(p), budget))
         }),
     }
 }

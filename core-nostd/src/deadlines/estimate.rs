@@ -10,24 +10,26 @@ use crate::time::Duration;
 /// Length of the window: the paper's k = 8 (section 3.2, re-assignment).
 pub(crate) const WINDOW: usize = 8;
 
-/// Mean, minimum and maximum of the last 8 executions of one node.
-///
-/// ```
-/// use red_core::{Duration, Estimator, Node, Wcet};
-/// let node = Node::new(Wcet::from_millis(10));
-/// let mut window = Estimator::new(&node);
-/// assert_eq!(window.mean(), None); // before the first sample the WCET stands in
-/// window.push(Duration::from_millis(4));
-/// window.push(Duration::from_millis(8));
-/// assert_eq!(window.mean(), Some(Duration::from_millis(6)));
-/// assert_eq!(window.minimum(), Some(Duration::from_millis(4)));
-/// ```
-#[derive(Clone, Copy, Debug)]
-pub struct Estimator {
-    samples: [u32; WINDOW],
-    len: u8,
-    next: u8,
-    shift: u8,
+crate::capacity::stored! {
+    /// Mean, minimum and maximum of the last 8 executions of one node.
+    ///
+    /// ```
+    /// use red_core::{Duration, Estimator, Node, Wcet};
+    /// let node = Node::new(Wcet::from_millis(10));
+    /// let mut window = Estimator::new(&node);
+    /// assert_eq!(window.mean(), None); // before the first sample the WCET stands in
+    /// window.push(Duration::from_millis(4));
+    /// window.push(Duration::from_millis(8));
+    /// assert_eq!(window.mean(), Some(Duration::from_millis(6)));
+    /// assert_eq!(window.minimum(), Some(Duration::from_millis(4)));
+    /// ```
+    #[derive(Clone, Copy, Debug)]
+    pub struct Estimator {
+        samples: [u32; WINDOW],
+        len: u8,
+        next: u8,
+        shift: u8,
+    }
 }
 
 impl Estimator {
@@ -74,8 +76,4 @@ impl Estimator {
     fn unscale(&self, scaled: u64) -> Duration {
         Duration::from_nanos(scaled << self.shift)
     }
-}
-
-impl Empty for Estimator {
-    const EMPTY: Self = Self { samples: [0; WINDOW], len: 0, next: 0, shift: 0 };
 }

@@ -30,7 +30,9 @@ mod tests {
 
     #[test]
     fn long_share_agrees_with_division_where_both_apply() {
-        for (a, b, c) in [(7u64, 3u128, 5u128), (u64::MAX, 1 << 60, 1 << 61), (1 << 62, 12_345, 99_999), (9, 5, 5)] {
+        for (a, b, c) in
+            [(7u64, 3u128, 5u128), (u64::MAX, 1 << 60, 1 << 61), (1 << 62, 12_345, 99_999), (9, 5, 5)]
+        {
             assert_eq!(u128::from(long_share(a, b, c)), u128::from(a) * b / c);
         }
     }

@@ -68,7 +68,8 @@ pub fn shares<C: Capacity>(
     let d = deadline.as_nanos();
     let count = levels.count();
     let mut weights = <C::Nodes<u128>>::EMPTY;
-    let mut shares = LevelShares::<C> { ends: Empty::EMPTY, costs: Empty::EMPTY, graham: Empty::EMPTY, count };
+    let mut shares =
+        LevelShares::<C> { ends: Empty::EMPTY, costs: Empty::EMPTY, graham: Empty::EMPTY, count };
     for i in levels.places() {
         shares.costs[levels.height(NodeId::new(i as u8))] += dag.at(i).cost();
     }

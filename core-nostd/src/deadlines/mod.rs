@@ -63,18 +63,28 @@ impl<C: Capacity> SubDeadlines<C> {
     /// nodes * pools).
     #[must_use]
     pub fn assign(dag: &Dag<C>, rule: DeadlineRule, deadline: Duration, lanes: &[u8]) -> Self {
-        let levels = Levels::of(dag);
+        Self::by_levels(dag, &Levels::of(dag), rule, deadline, lanes)
+    }
+
+    /// `assign` for who has the levels already.
+    pub(crate) fn by_levels(
+        dag: &Dag<C>,
+        levels: &Levels<C>,
+        rule: DeadlineRule,
+        deadline: Duration,
+        lanes: &[u8],
+    ) -> Self {
         let d = deadline.as_nanos();
         let mut due = <C::Nodes<i64>>::EMPTY;
         match rule {
             DeadlineRule::EndToEnd => levels.places().for_each(|i| due[i] = d.cast_signed()),
             DeadlineRule::LevelSum | DeadlineRule::LevelGraham => {
-                let shares = shares(dag, &levels, rule, deadline, lanes);
+                let shares = shares(dag, levels, rule, deadline, lanes);
                 levels.places().for_each(|i| due[i] = shares.end(levels.height(NodeId::new(i as u8))));
             }
-            DeadlineRule::PathProportional => path::proportional(dag, &levels, d, &mut due),
+            DeadlineRule::PathProportional => path::proportional(dag, levels, d, &mut due),
             DeadlineRule::LatestFinish | DeadlineRule::LatestStart => {
-                path::latest_finish(dag, &levels, d, &mut due);
+                path::latest_finish(dag, levels, d, &mut due);
             }
         }
         let mut key = due;

@@ -4,50 +4,50 @@ use super::{Node, NodeSet};
 use crate::capacity::{Capacity, Empty};
 use crate::id::NodeId;
 
-/// A graph under construction, and the graph of a task.
-///
-/// ```
-/// use red_core::{Caps, Dag, EdgeError, Node, Wcet};
-/// let mut dag = Dag::<Caps<1, 8, 1>>::new();
-/// let camera = dag.add_node(Node::new(Wcet::from_millis(2)))?;
-/// let control = dag.add_node(Node::new(Wcet::from_millis(3)))?;
-/// dag.add_edge(camera, control)?;
-/// assert_eq!(dag.add_edge(control, camera), Err(EdgeError::Cycle));
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
-#[derive(Clone, Copy, Debug)]
-pub struct Dag<C: Capacity> {
-    nodes: C::Nodes<Node>,
-    successors: C::Nodes<NodeSet<C>>,
-    present: NodeSet<C>,
-    /// One more than the highest place ever used: new nodes come after all others, so that the tie rule
-    /// "by node index" means "by age".
-    end: u16,
-    work: u64,
+crate::capacity::stored! {
+    /// A graph under construction, and the graph of a task.
+    ///
+    /// ```
+    /// use red_core::{Caps, Dag, EdgeError, Node, Wcet};
+    /// let mut dag = Dag::<Caps<1, 8, 1>>::new();
+    /// let camera = dag.add_node(Node::new(Wcet::from_millis(2)))?;
+    /// let control = dag.add_node(Node::new(Wcet::from_millis(3)))?;
+    /// dag.add_edge(camera, control)?;
+    /// assert_eq!(dag.add_edge(control, camera), Err(EdgeError::Cycle));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    #[derive(Clone, Copy, Debug)]
+    pub struct Dag<C: Capacity> {
+        nodes: C::Nodes<Node>,
+        successors: C::Nodes<NodeSet<C>>,
+        present: NodeSet<C>,
+        /// One more than the highest place ever used: new nodes come after all others, so that the tie rule
+        /// "by node index" means "by age".
+        end: u16,
+        work: u64,
+    }
 }
 
-/// A node could not be added. The graph is unchanged.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[non_exhaustive]
-pub enum NodeError {
-    /// All `C::NODES` places are taken: the host needs a larger capacity.
-    Full,
-    /// The sum of all costs would overflow 64 bits: the node's cost is not a time.
-    WorkOverflow,
+crate::error::errors! {
+    /// A node could not be added. The graph is unchanged.
+    pub enum NodeError {
+        /// All `C::NODES` places are taken: the host needs a larger capacity.
+        Full,
+        /// The sum of all costs would overflow 64 bits: the node's cost is not a time.
+        WorkOverflow,
+    }
 }
 
-/// An edge could not be added. The graph is unchanged.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[non_exhaustive]
-pub enum EdgeError {
-    /// The edge would close a cycle (a self edge is the shortest): the host's graph is not a DAG.
-    Cycle,
-    /// The edge is there already.
-    Duplicate,
-    /// One of the two nodes is not in this graph.
-    UnknownNode,
+crate::error::errors! {
+    /// An edge could not be added. The graph is unchanged.
+    pub enum EdgeError {
+        /// The edge would close a cycle (a self edge is the shortest): the host's graph is not a DAG.
+        Cycle,
+        /// The edge is there already.
+        Duplicate,
+        /// One of the two nodes is not in this graph.
+        UnknownNode,
+    }
 }
 
 impl<C: Capacity> Dag<C> {
@@ -101,7 +101,8 @@ impl<C: Capacity> Dag<C> {
 
     /// Removes an edge; `false` if there was none.
     pub fn remove_edge(&mut self, from: NodeId, to: NodeId) -> bool {
-        let there = self.contains(from) && self.contains(to) && self.successors[from.index()].contains(to.index());
+        let there =
+            self.contains(from) && self.contains(to) && self.successors[from.index()].contains(to.index());
         if there {
             self.successors[from.index()].remove(to.index());
         }
@@ -194,7 +195,7 @@ impl<C: Capacity> Dag<C> {
     }
 
     /// With new nodes from `end` on, where an older version had nodes up to there.
-    pub(crate) fn from_place(self, end: u16) -> Self {
+    pub(crate) fn with_end(self, end: u16) -> Self {
         Self { end: self.end.max(end), ..self }
     }
 
@@ -222,28 +223,6 @@ impl<C: Capacity> Dag<C> {
 impl<C: Capacity> Default for Dag<C> {
     fn default() -> Self {
         Self::EMPTY
-    }
-}
-
-impl<C: Capacity> Empty for Dag<C> {
-    const EMPTY: Self = Self {
-        nodes: <C::Nodes<Node>>::EMPTY,
-        successors: <C::Nodes<NodeSet<C>>>::EMPTY,
-        present: NodeSet::EMPTY,
-        end: 0,
-        work: 0,
-    };
-}
-
-crate::error::messages! {
-    NodeError {
-        Full => "every node place of the capacity is taken; use a larger NODES",
-        WorkOverflow => "the costs of the graph do not fit 64 bits; check the node's cost",
-    }
-    EdgeError {
-        Cycle => "the edge would close a cycle",
-        Duplicate => "the edge is there already",
-        UnknownNode => "the edge names a node that is not in this graph",
     }
 }
 

@@ -34,12 +34,12 @@ impl<C: Capacity> Levels<C> {
     pub fn of(dag: &Dag<C>) -> Self {
         let mut levels =
             Self { height: Empty::EMPTY, order: Empty::EMPTY, indegree: Empty::EMPTY, len: 0, count: 0 };
-        let mut open = *dag.present();
+        dag.present().each(|i| dag.out(i).each(|j| levels.indegree[j] += 1));
+        let mut open = NodeSet::<C>::EMPTY;
         dag.present().each(|i| {
-            dag.out(i).each(|j| {
-                levels.indegree[j] += 1;
-                open.remove(j);
-            });
+            if levels.indegree[i] == 0 {
+                open.insert(i);
+            }
         });
         let mut left = levels.indegree;
         // Each round takes one whole level: at most C::NODES rounds, and each edge is looked at once.

@@ -40,22 +40,24 @@ pub enum Role {
     Decoder,
 }
 
-/// A node of a DAG.
-///
-/// ```
-/// use red_core::{Contention, Node, PoolId, Wcet};
-/// let control = Node::new(Wcet::from_millis(3)).atomic(Contention::from_millis(1)).in_pool(PoolId::new(0));
-/// assert_eq!(control.cost(), 4_000_000);
-/// ```
-#[derive(Clone, Copy, Debug)]
-pub struct Node {
-    pub(crate) wcet: Wcet,
-    pub(crate) best: Duration,
-    pub(crate) contention: Contention,
-    pub(crate) memory: Bytes,
-    pub(crate) role: Role,
-    pub(crate) pool: PoolId,
-    pub(crate) divisibility: Divisibility,
+crate::capacity::stored! {
+    /// A node of a DAG.
+    ///
+    /// ```
+    /// use red_core::{Contention, Node, PoolId, Wcet};
+    /// let control = Node::new(Wcet::from_millis(3)).atomic(Contention::from_millis(1)).in_pool(PoolId::new(0));
+    /// assert_eq!(control.cost(), 4_000_000);
+    /// ```
+    #[derive(Clone, Copy, Debug)]
+    pub struct Node {
+        pub(crate) wcet: Wcet,
+        pub(crate) best: Duration,
+        pub(crate) contention: Contention,
+        pub(crate) memory: Bytes,
+        pub(crate) role: Role,
+        pub(crate) pool: PoolId,
+        pub(crate) divisibility: Divisibility,
+    }
 }
 
 impl Node {
@@ -132,14 +134,4 @@ impl Node {
     }
 }
 
-impl Empty for Node {
-    const EMPTY: Self = Self {
-        wcet: Wcet::ZERO,
-        best: Duration::ZERO,
-        contention: Contention::ZERO,
-        memory: Bytes(0),
-        role: Role::Ordinary,
-        pool: PoolId::EMPTY,
-        divisibility: Divisibility::Partitionable,
-    };
-}
+crate::capacity::empty!(Role = Self::Ordinary, Divisibility = Self::Partitionable);

@@ -17,19 +17,18 @@ pub struct Refined<C: Capacity> {
     pub encoder: NodeId,
 }
 
-/// A stage could not be refined. The given graph is unchanged.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[non_exhaustive]
-pub enum RefineError {
-    /// The stage is not in this graph.
-    UnknownNode,
-    /// A stage needs at least one decoder.
-    NoDecoder,
-    /// More nodes than the capacity.
-    Full,
-    /// The sum of all costs would overflow 64 bits.
-    WorkOverflow,
+crate::error::errors! {
+    /// A stage could not be refined. The given graph is unchanged.
+    pub enum RefineError {
+        /// The stage is not in this graph.
+        UnknownNode,
+        /// A stage needs at least one decoder.
+        NoDecoder,
+        /// More nodes than the capacity.
+        Full,
+        /// The sum of all costs would overflow 64 bits.
+        WorkOverflow,
+    }
 }
 
 /// Replaces `stage` by `encoder` and `decoders`. Time bound: O(nodes + edges * decoders).
@@ -96,13 +95,4 @@ pub fn refine<C: Capacity>(
         });
     }
     Ok(Refined { dag: new, encoder: NodeId::new(first) })
-}
-
-crate::error::messages! {
-    RefineError {
-        UnknownNode => "the stage is not in this graph",
-        NoDecoder => "a stage needs at least one decoder",
-        Full => "the refined graph has more nodes than the capacity; use a larger NODES",
-        WorkOverflow => "the costs of the refined graph do not fit 64 bits",
-    }
 }

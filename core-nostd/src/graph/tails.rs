@@ -10,11 +10,12 @@ use crate::capacity::{Capacity, Empty};
 /// Longest path cost after each node, excluding it, in nanoseconds.
 #[must_use]
 pub fn tails<C: Capacity>(dag: &Dag<C>, levels: &Levels<C>) -> C::Nodes<u64> {
-    let mut tail = <C::Nodes<u64>>::EMPTY;
+    let (mut tail, mut from) = (<C::Nodes<u64>>::EMPTY, <C::Nodes<u64>>::EMPTY);
     for i in levels.places().rev() {
         let mut longest = 0;
-        dag.out(i).each(|j| longest = longest.max(dag.at(j).cost() + tail[j]));
+        dag.out(i).each(|j| longest = longest.max(from[j]));
         tail[i] = longest;
+        from[i] = longest + dag.at(i).cost();
     }
     tail
 }

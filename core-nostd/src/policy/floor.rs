@@ -4,29 +4,29 @@
 //! every window of k consecutive job indices that contains it has at most k - m dropped jobs, itself included.
 //! Jobs that are provably dead are not dropped by choice and do not count.
 
-use crate::capacity::Empty;
-
 /// Longest window that is remembered, in jobs.
 const MEMORY: u32 = 128;
 
-/// A task's floor and what was dropped among its last 128 jobs.
-///
-/// ```
-/// use red_core::Floor;
-/// let mut floor = Floor::new(3, 4);
-/// assert!(floor.permits(7));
-/// floor.dropped(7);
-/// assert!(!floor.permits(8)); // jobs 5 to 8 would have lost two
-/// assert!(!floor.permits(10));
-/// assert!(floor.permits(11));
-/// ```
-#[derive(Clone, Copy, Debug)]
-pub struct Floor {
-    /// Dropped jobs; bit 0 is job `newest`.
-    history: u128,
-    newest: u64,
-    window: u8,
-    allowed: u8,
+crate::capacity::stored! {
+    /// A task's floor and what was dropped among its last 128 jobs.
+    ///
+    /// ```
+    /// use red_core::Floor;
+    /// let mut floor = Floor::new(3, 4);
+    /// assert!(floor.permits(7));
+    /// floor.dropped(7);
+    /// assert!(!floor.permits(8)); // jobs 5 to 8 would have lost two
+    /// assert!(!floor.permits(10));
+    /// assert!(floor.permits(11));
+    /// ```
+    #[derive(Clone, Copy, Debug)]
+    pub struct Floor {
+        /// Dropped jobs; bit 0 is job `newest`.
+        history: u128,
+        newest: u64,
+        window: u8,
+        allowed: u8,
+    }
 }
 
 impl Floor {
@@ -36,7 +36,12 @@ impl Floor {
     pub const fn new(m: u32, k: u32) -> Self {
         let spare = k.saturating_sub(m);
         let (window, allowed) = if k <= MEMORY { (k, spare) } else { (MEMORY, spare / k.div_ceil(MEMORY)) };
-        Self { history: 0, newest: 0, window: window as u8, allowed: if allowed > 255 { 255 } else { allowed as u8 } }
+        Self {
+            history: 0,
+            newest: 0,
+            window: window as u8,
+            allowed: if allowed > 255 { 255 } else { allowed as u8 },
+        }
     }
 
     /// Whether job `index` may be dropped by choice. Time bound: O(k), at most 128.
@@ -46,6 +51,9 @@ impl Floor {
             return true;
         }
         let window = u64::from(self.window);
+        if self.newest.saturating_sub(index) + window > u64::from(MEMORY) {
+            return false; // What was dropped so far back is forgotten, so that the job is kept.
+        }
         // A window ends at `last`, between the job itself and the last that could contain it.
         (index..index + window).all(|last| self.in_window(last, window) < u32::from(self.allowed))
     }
@@ -75,8 +83,4 @@ impl Floor {
             if age >= 128 { 0 } else { (self.history >> age & ones(window)).count_ones() }
         }
     }
-}
-
-impl Empty for Floor {
-    const EMPTY: Self = Self { history: 0, newest: 0, window: 0, allowed: 0 };
 }

@@ -6,7 +6,6 @@
 //! key is cached is a hit at once. A result lives while an uncompleted decoder or a not-started encoder of its
 //! key is in flight; its bytes count against its pool.
 
-use crate::capacity::Empty;
 use crate::graph::Frame;
 
 /// (weights, frame name, capture).
@@ -35,14 +34,16 @@ impl FrameKey {
     }
 }
 
-/// One result: being computed, or kept.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Output {
-    pub(crate) key: FrameKey,
-    /// Bytes it holds of its pool once it is kept.
-    pub(crate) bytes: u64,
-    pub(crate) pool: u8,
-    pub(crate) state: OutputState,
+crate::capacity::stored! {
+    /// One result: being computed, or kept.
+    #[derive(Clone, Copy, Debug)]
+    pub(crate) struct Output {
+        pub(crate) key: FrameKey,
+        /// Bytes it holds of its pool once it is kept.
+        pub(crate) bytes: u64,
+        pub(crate) pool: u8,
+        pub(crate) state: OutputState,
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -55,11 +56,8 @@ pub(crate) enum OutputState {
     Draining,
 }
 
-impl Empty for Output {
-    const EMPTY: Self = Self {
-        key: FrameKey { number: 0, weights: 0, frame: 0, source: CaptureSource::Job },
-        bytes: 0,
-        pool: 0,
-        state: OutputState::Free,
-    };
-}
+crate::capacity::empty!(
+    FrameKey = Self { number: 0, weights: 0, frame: 0, source: CaptureSource::Job },
+    CaptureSource = Self::Job,
+    OutputState = Self::Free
+);

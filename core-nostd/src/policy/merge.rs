@@ -30,7 +30,11 @@ pub(crate) fn join(unit: Candidate, member: Candidate, now: Instant) -> Option<C
 
 /// Start of the window that contains `head`: windows are laid from the earliest release on, each anchored at
 /// its first member. `releases` may come in any order and any number of times.
-pub(crate) fn window_of(head: Instant, skew: Duration, releases: impl Iterator<Item = Instant> + Clone) -> Instant {
+pub(crate) fn window_of(
+    head: Instant,
+    skew: Duration,
+    releases: &(impl Iterator<Item = Instant> + Clone),
+) -> Instant {
     let mut anchor = releases.clone().min().unwrap_or(head).min(head);
     // Each round moves to a later release, so there are at most as many rounds as jobs.
     while head > anchor.saturating_add(skew) {
@@ -51,7 +55,7 @@ mod tests {
     #[test]
     fn windows_are_anchored_at_their_first_member() {
         let releases = [at(0), at(80), at(150), at(260)];
-        let window = |head| window_of(head, Duration::from_nanos(100), releases.into_iter());
+        let window = |head| window_of(head, Duration::from_nanos(100), &releases.into_iter());
         assert_eq!([0, 80, 150, 260].map(|r| window(at(r)).as_nanos()), [0, 0, 150, 260]);
     }
 

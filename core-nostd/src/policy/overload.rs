@@ -3,21 +3,22 @@
 //! The paper calls its score criticality; in real-time theory that is a static assurance level, so the code
 //! says urgency.
 
-use crate::capacity::Empty;
 use crate::time::{Duration, Ppm};
 
-/// When the monitor speaks of overload: paper section 3.5, all of them hand-tuned there.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Overload {
-    /// theta_u: busy share of all lanes in one tick; paper: 0.90.
-    pub utilisation: Ppm,
-    /// Q_max: ready sub-jobs; paper: 8.
-    pub queue: u16,
-    /// W: consecutive ticks; paper: 3.
-    pub ticks: u8,
-    /// One scheduler quantum; paper: about 5 ms on Orin.
-    pub tick: Duration,
+crate::capacity::stored! {
+    /// When the monitor speaks of overload: paper section 3.5, all of them hand-tuned there.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+    pub struct Overload {
+        /// theta_u: busy share of all lanes in one tick; paper: 0.90.
+        pub utilisation: Ppm,
+        /// Q_max: ready sub-jobs; paper: 8.
+        pub queue: u16,
+        /// W: consecutive ticks; paper: 3.
+        pub ticks: u8,
+        /// One scheduler quantum; paper: about 5 ms on Orin.
+        pub tick: Duration,
+    }
 }
 
 impl Overload {
@@ -32,10 +33,6 @@ impl Overload {
         let limit = u128::from(self.utilisation.0) * u128::from(lanes) * u128::from(window.as_nanos());
         queued > usize::from(self.queue) || share > limit
     }
-}
-
-impl Empty for Overload {
-    const EMPTY: Self = Self { utilisation: Ppm(0), queue: 0, ticks: 0, tick: Duration::ZERO };
 }
 
 /// C_i of the paper in parts per million: 0 just released, 1,000,000 at or past the sub-deadline.
@@ -55,7 +52,11 @@ impl Urgency {
     #[must_use]
     pub const fn of(sub_deadline: Duration, elapsed: Duration) -> Self {
         let (delta, e) = (sub_deadline.as_nanos(), elapsed.as_nanos());
-        Self(if delta == 0 || e >= delta { 1_000_000 } else { (e as u128 * 1_000_000 / delta as u128) as u32 })
+        Self(if delta == 0 || e >= delta {
+            1_000_000
+        } else {
+            (e as u128 * 1_000_000 / delta as u128) as u32
+        })
     }
 
     /// In parts per million.

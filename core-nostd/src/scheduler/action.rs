@@ -1,6 +1,5 @@
 //! What the host has to do.
 
-use crate::capacity::Empty;
 use crate::id::{JobId, LaneId, TaskId, UnitId};
 use crate::time::{Instant, SignedDuration};
 
@@ -98,8 +97,4 @@ impl ShedReason {
             Self::Removed => "removed",
         }
     }
-}
-
-impl Empty for Option<ShedReason> {
-    const EMPTY: Self = None;
 }

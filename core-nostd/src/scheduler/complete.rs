@@ -2,33 +2,24 @@
 
 use super::Scheduler;
 use super::action::ShedReason;
-use super::event::EventKind;
 use super::bits;
+use super::event::EventKind;
 use crate::capacity::{Capacity, Empty};
 use crate::config::Gate;
 use crate::graph::NodeSet;
 use crate::id::UnitId;
 use crate::time::Instant;
 
-/// A report was refused.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[non_exhaustive]
-pub enum CompleteError {
-    /// The unit was reported before, or its lane was given to another: the host reported twice. Nothing
-    /// changed.
-    Stale,
-    /// No such unit was ever dispatched: the host made the handle up. Nothing changed.
-    NotRunning,
-    /// The unit's jobs had been given up meanwhile. It is counted, and its lane is free again.
-    Late,
-}
-
-crate::error::messages! {
-    CompleteError {
-        Stale => "the unit was reported before",
-        NotRunning => "no such unit was ever dispatched",
-        Late => "the unit's jobs had been given up; its lane is free again",
+crate::error::errors! {
+    /// A report was refused.
+    pub enum CompleteError {
+        /// The unit was reported before, or its lane was given to another: the host reported twice. Nothing
+        /// changed.
+        Stale,
+        /// No such unit was ever dispatched: the host made the handle up. Nothing changed.
+        NotRunning,
+        /// The unit's jobs had been given up meanwhile. It is counted, and its lane is free again.
+        Late,
     }
 }
 
@@ -80,7 +71,11 @@ impl<C: Capacity> Scheduler<C> {
 
     #[cold]
     fn refuse(&self, unit: UnitId) -> CompleteError {
-        if unit == UnitId::EMPTY || unit.to_bits() >> 16 > self.units { CompleteError::NotRunning } else { CompleteError::Stale }
+        if unit == UnitId::EMPTY || unit.to_bits() >> 16 > self.units {
+            CompleteError::NotRunning
+        } else {
+            CompleteError::Stale
+        }
     }
 
     /// One running sub-job is done: its successors may become ready, its job may end.
@@ -106,7 +101,7 @@ impl<C: Capacity> Scheduler<C> {
     #[inline(always)]
     pub(super) fn settle_one(&mut self, slot: usize, rank: usize) -> bool {
         let job = &mut self.jobs[slot];
-        let version = &self.tasks[usize::from(job.task)].versions[usize::from(job.version)];
+        let version = self.tasks[usize::from(job.task)].version_of(job);
         job.done.insert(rank);
         job.left -= 1;
         version.successors[rank].each(|s| {
@@ -116,9 +111,21 @@ impl<C: Capacity> Scheduler<C> {
                 job.ready.insert(s);
             }
         });
-        let is_decoder = version.has_roles && version.decoders.contains(rank);
-        let has_encoders = version.has_roles && !version.encoders.is_empty();
         let is_last = job.left == 0;
+        if !version.is_plain {
+            return self.settle_special(slot, rank, is_last);
+        }
+        if is_last {
+            self.end_job(slot, None);
+        }
+        false
+    }
+
+    /// The rest of `settle_one` in a graph that is not plain.
+    #[inline(never)]
+    fn settle_special(&mut self, slot: usize, rank: usize, is_last: bool) -> bool {
+        let (job, version) = (&self.jobs[slot], self.version(slot));
+        let (is_decoder, has_encoders) = (version.decoders.contains(rank), !version.encoders.is_empty());
         if job.reruns {
             self.unready_done(slot);
         }

@@ -88,7 +88,8 @@ impl<C: Capacity> Scheduler<C> {
         let wanted = free & prefer;
         let lane = if wanted != 0 { wanted.trailing_zeros() } else { free.trailing_zeros() } as usize;
         let version = self.version(slot);
-        let has_role = version.has_roles && (version.encoders.contains(rank) || version.decoders.contains(rank));
+        let has_role =
+            version.has_roles && (version.encoders.contains(rank) || version.decoders.contains(rank));
         if has_role || self.pools[pool].limited {
             return self.start_with_care(pool, slot, rank, lane);
         }

@@ -7,11 +7,10 @@
 use super::Scheduler;
 use super::event::EventKind;
 use super::tasks::AddTaskError;
-use super::version::Version;
 use crate::analysis::Certificate;
 use crate::capacity::Capacity;
 use crate::config::Admission;
-use crate::graph::{Dag, EdgeError, Node, NodeError, NodeSet};
+use crate::graph::{Dag, EdgeError, Levels, Node, NodeError, NodeSet};
 use crate::id::{NodeId, TaskId};
 use crate::time::Instant;
 
@@ -44,36 +43,23 @@ pub struct Edit<C: Capacity> {
     taken: NodeSet<C>,
 }
 
-/// A commit was refused. The task keeps its graph.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[non_exhaustive]
-pub enum CommitError {
-    /// The task is not admitted, or was removed.
-    UnknownTask,
-    /// Another commit came between `edit` and this one: begin again from the graph as it is now.
-    Conflict,
-    /// The version before the current one still has jobs: commit again when it has drained.
-    Busy,
-    /// The new graph has no node.
-    Empty,
-    /// A node names a pool that does not exist.
-    UnknownPool,
-    /// A node, or an encoder and one of its decoders together, needs more memory than its pool has.
-    Memory,
-    /// Under `Admission::Enforce`: the certificate does not fit.
-    Unschedulable,
-}
-
-crate::error::messages! {
-    CommitError {
-        UnknownTask => "the task is not admitted",
-        Conflict => "another commit came first; edit the graph as it is now",
-        Busy => "two versions of the graph are in use; commit again when the older one has drained",
-        Empty => "the new graph has no node",
-        UnknownPool => "a node names a pool that does not exist",
-        Memory => "a node, or an encoder with a decoder, needs more memory than its pool has",
-        Unschedulable => "the response-time bound is above the deadline or the period",
+crate::error::errors! {
+    /// A commit was refused. The task keeps its graph.
+    pub enum CommitError {
+        /// The task is not admitted, or was removed.
+        UnknownTask,
+        /// Another commit came between `edit` and this one: begin again from the graph as it is now.
+        Conflict,
+        /// The version before the current one still has jobs: commit again when it has drained.
+        Busy,
+        /// The new graph has no node.
+        Empty,
+        /// A node names a pool that does not exist.
+        UnknownPool,
+        /// A node, or an encoder and one of its decoders together, needs more memory than its pool has.
+        Memory,
+        /// Under `Admission::Enforce`: the certificate does not fit.
+        Unschedulable,
     }
 }
 
@@ -121,7 +107,12 @@ impl<C: Capacity> Scheduler<C> {
         if t.versions[1 - current].users > 0 {
             taken.extend(&t.versions[1 - current].nodes());
         }
-        Some(Edit { task, revision: t.revision, dag: t.versions[current].dag(&t.nodes).from_place(t.end), taken })
+        Some(Edit {
+            task,
+            revision: t.revision,
+            dag: t.versions[current].dag(&t.nodes).with_end(t.end),
+            taken,
+        })
     }
 
     /// Applies an edit to jobs released from now on. Time bound: O(nodes log nodes + edges) and the certificate,
@@ -132,19 +123,21 @@ impl<C: Capacity> Scheduler<C> {
     pub fn commit(&mut self, edit: &Edit<C>, now: Instant) -> Result<Certificate, CommitError> {
         let t = self.check_commit(edit)?;
         let (deadline, period) = (self.tasks[t].deadline, self.tasks[t].period);
-        let proof = self.prove(&edit.dag, deadline, period);
+        let levels = Levels::of(&edit.dag);
+        let proof = self.prove(&edit.dag, &levels, deadline, period);
         if self.config.admission == Admission::Enforce && !proof.fits() {
             return Err(CommitError::Unschedulable);
         }
         self.advance(now);
-        let version = Version::build(&edit.dag, &self.config, deadline, &self.lanes_by_pool());
+        let lanes = self.lanes_by_pool();
         let task = &mut self.tasks[t];
         // A version without jobs is replaced in place; else the other one becomes current.
         if task.versions[usize::from(task.current)].users > 0 {
             task.current = 1 - task.current;
         }
         task.install(&edit.dag);
-        task.versions[usize::from(task.current)] = version;
+        let version = &mut task.versions[usize::from(task.current)];
+        version.lay_out(&edit.dag, &levels, &self.config, deadline, proof.critical_path, &lanes);
         self.note_task(EventKind::Edited, t, 0);
         Ok(proof)
     }

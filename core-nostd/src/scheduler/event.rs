@@ -37,41 +37,34 @@ pub enum EventKind {
     Evicted,
 }
 
-/// One event. Fields that do not apply are 0.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Event {
-    /// When.
-    pub at: Instant,
-    /// Which job of the task, from 0.
-    pub job: u64,
-    /// What.
-    pub kind: EventKind,
-    /// Whose.
-    pub task: TaskId,
-    /// Which node.
-    pub node: NodeId,
-    /// Which lane.
-    pub lane: LaneId,
+crate::capacity::stored! {
+    /// One event. Fields that do not apply are 0.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+    pub struct Event {
+        /// When.
+        pub at: Instant,
+        /// Which job of the task, from 0.
+        pub job: u64,
+        /// What.
+        pub kind: EventKind,
+        /// Whose.
+        pub task: TaskId,
+        /// Which node.
+        pub node: NodeId,
+        /// Which lane.
+        pub lane: LaneId,
+    }
 }
 
-impl Empty for Event {
-    const EMPTY: Self = Self {
-        at: Instant::ZERO,
-        job: 0,
-        kind: EventKind::Released,
-        task: TaskId::EMPTY,
-        node: NodeId::EMPTY,
-        lane: LaneId::EMPTY,
-    };
-}
-
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Record<C: Capacity> {
-    ring: C::Events<Event>,
-    first: u32,
-    len: u32,
-    dropped: u64,
+crate::capacity::stored! {
+    #[derive(Clone, Copy, Debug)]
+    pub(super) struct Record<C: Capacity> {
+        ring: C::Events<Event>,
+        first: u32,
+        len: u32,
+        dropped: u64,
+    }
 }
 
 impl<C: Capacity> Record<C> {
@@ -88,21 +81,18 @@ impl<C: Capacity> Record<C> {
     }
 
     pub(super) fn take(&mut self) -> Option<Event> {
+        if self.len == 0 {
+            return None;
+        }
         let event = *self.ring.as_ref().get(self.first as usize)?;
-        (self.len > 0).then(|| {
-            self.first = (self.first + 1) % (C::EVENTS.max(1) as u32);
-            self.len -= 1;
-            event
-        })
+        self.first = (self.first + 1) % (C::EVENTS.max(1) as u32);
+        self.len -= 1;
+        Some(event)
     }
 
     pub(super) const fn dropped(&self) -> u64 {
         self.dropped
     }
-}
-
-impl<C: Capacity> Empty for Record<C> {
-    const EMPTY: Self = Self { ring: <C::Events<Event>>::EMPTY, first: 0, len: 0, dropped: 0 };
 }
 
 impl<C: Capacity> Scheduler<C> {
@@ -114,7 +104,14 @@ impl<C: Capacity> Scheduler<C> {
             let task = &self.tasks[usize::from(job.task)];
             let node = task.versions[usize::from(job.version)].order[rank];
             let (job, task) = (job.index(), TaskId::new(usize::from(job.task), task.generation));
-            self.record.push(Event { at: self.now, job, kind, task, node: NodeId::new(node), lane: LaneId::new(lane as u8) });
+            self.record.push(Event {
+                at: self.now,
+                job,
+                kind,
+                task,
+                node: NodeId::new(node),
+                lane: LaneId::new(lane as u8),
+            });
         }
     }
 
@@ -127,3 +124,5 @@ impl<C: Capacity> Scheduler<C> {
         }
     }
 }
+
+crate::capacity::empty!(EventKind = Self::Released);

@@ -11,71 +11,46 @@ use crate::policy::frame_cache::CaptureSource;
 use crate::ready_queue::Rank;
 use crate::time::Instant;
 
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Job<C: Capacity> {
-    pub(super) task: u8,
-    pub(super) version: u8,
-    pub(super) generation: u16,
-    /// Nodes that are not done.
-    pub(super) left: u16,
-    /// Whether a node started, or a result was taken.
-    pub(super) started: bool,
-    /// Whether its worst case ended after the deadline when last looked at.
-    pub(super) behind: bool,
-    /// Whether an encoder runs again after its result was thrown away.
-    pub(super) reruns: bool,
-    pub(super) shed: Option<ShedReason>,
-    pub(super) release: Instant,
-    pub(super) deadline: Instant,
-    /// Key that all ready nodes share, under residual re-assignment.
-    pub(super) key: i64,
-    /// Task order and job index, as [`Rank`] wants them.
-    pub(super) tie: u64,
-    /// The capture it reads, by number.
-    pub(super) capture: u64,
-    pub(super) source: CaptureSource,
-    /// After this instant it may have become hopeless.
-    pub(super) safe_until: Instant,
-    /// When it ended.
-    pub(super) at: Instant,
-    /// By rank.
-    pub(super) ready: NodeSet<C>,
-    pub(super) running: NodeSet<C>,
-    pub(super) done: NodeSet<C>,
-    /// Ready by precedence, but its level is not open, or its encoder key is running.
-    pub(super) parked: NodeSet<C>,
-    /// Predecessors that are not done.
-    pub(super) waiting_for: C::Nodes<u8>,
-    /// Ready: how often it was overtaken for memory. Running: lane. Done encoder: output plus one, 0 if it is
-    /// nowhere.
-    pub(super) place: C::Nodes<u8>,
-}
-
-impl<C: Capacity> Empty for Job<C> {
-    const EMPTY: Self = Self {
-        task: 0,
-        version: 0,
-        generation: 0,
-        left: 0,
-        started: false,
-        behind: false,
-        reruns: false,
-        shed: None,
-        release: Instant::ZERO,
-        deadline: Instant::ZERO,
-        key: 0,
-        tie: 0,
-        capture: 0,
-        source: CaptureSource::Job,
-        safe_until: Instant::ZERO,
-        at: Instant::ZERO,
-        ready: NodeSet::EMPTY,
-        running: NodeSet::EMPTY,
-        done: NodeSet::EMPTY,
-        parked: NodeSet::EMPTY,
-        waiting_for: <C::Nodes<u8>>::EMPTY,
-        place: <C::Nodes<u8>>::EMPTY,
-    };
+crate::capacity::stored! {
+    #[derive(Clone, Copy, Debug)]
+    pub(super) struct Job<C: Capacity> {
+        pub(super) task: u8,
+        pub(super) version: u8,
+        pub(super) generation: u16,
+        /// Nodes that are not done.
+        pub(super) left: u16,
+        /// Whether a node started, or a result was taken.
+        pub(super) started: bool,
+        /// Whether its worst case ended after the deadline when last looked at.
+        pub(super) behind: bool,
+        /// Whether an encoder runs again after its result was thrown away.
+        pub(super) reruns: bool,
+        pub(super) shed: Option<ShedReason>,
+        pub(super) release: Instant,
+        pub(super) deadline: Instant,
+        /// Key that all ready nodes share, under residual re-assignment.
+        pub(super) key: i64,
+        /// Task order and job index, as [`Rank`] wants them.
+        pub(super) tie: u64,
+        /// The capture it reads, by number.
+        pub(super) capture: u64,
+        pub(super) source: CaptureSource,
+        /// After this instant it may have become hopeless.
+        pub(super) safe_until: Instant,
+        /// When it ended.
+        pub(super) at: Instant,
+        /// By rank.
+        pub(super) ready: NodeSet<C>,
+        pub(super) running: NodeSet<C>,
+        pub(super) done: NodeSet<C>,
+        /// Ready by precedence, but its level is not open, or its encoder key is running.
+        pub(super) parked: NodeSet<C>,
+        /// Predecessors that are not done.
+        pub(super) waiting_for: C::Nodes<u8>,
+        /// Ready: how often it was overtaken for memory. Running: lane. Done encoder: output plus one, 0 if it is
+        /// nowhere.
+        pub(super) place: C::Nodes<u8>,
+    }
 }
 
 impl<C: Capacity> Job<C> {
@@ -94,7 +69,11 @@ impl<C: Capacity> Job<C> {
     /// Absolute key of a rank, as the queue orders it.
     #[inline(always)]
     pub(super) fn key_of(&self, version: &Version<C>, rank: usize, residual: bool) -> i64 {
-        if residual { self.key } else { (self.release.as_nanos().cast_signed()).saturating_add(version.key[rank]) }
+        if residual {
+            self.key
+        } else {
+            (self.release.as_nanos().cast_signed()).saturating_add(version.key[rank])
+        }
     }
 }
 
@@ -116,7 +95,7 @@ impl<C: Capacity> Scheduler<C> {
     #[inline(always)]
     pub(super) fn rank_key(&self, slot: usize, rank: usize) -> Rank {
         let job = &self.jobs[slot];
-        let key = job.key_of(self.version(slot), rank, self.config.residual());
+        let key = job.key_of(self.version(slot), rank, self.residual);
         Rank::new(key, job.release.as_nanos(), job.tie)
     }
 
@@ -143,7 +122,7 @@ impl<C: Capacity> Scheduler<C> {
 
     #[inline(always)]
     fn requeue_in(&mut self, slot: usize, pool: usize) {
-        self.active |= 1 << pool;
+        self.activate(pool);
         if usize::from(self.pools[pool].current) != slot + 1 {
             self.requeue_other(slot, pool);
         }
@@ -197,7 +176,8 @@ impl<C: Capacity> Scheduler<C> {
     #[must_use]
     pub fn job_id(&self, task: TaskId, index: u64) -> Option<JobId> {
         let t = self.task_slot(task)?;
-        let found = |slot: &usize| usize::from(self.jobs[*slot].task) == t && self.jobs[*slot].index() == index;
+        let found =
+            |slot: &usize| usize::from(self.jobs[*slot].task) == t && self.jobs[*slot].index() == index;
         self.slots().find(found).map(|slot| JobId::new(slot, self.jobs[slot].generation))
     }
 

@@ -9,30 +9,27 @@ use super::Scheduler;
 use super::action::ShedReason;
 use super::bits;
 use super::outlook::Case;
-use crate::capacity::{Capacity, Empty};
+use crate::capacity::Capacity;
 use crate::config::{Late, Shed};
 use crate::time::{Duration, Instant};
 
 /// The clock's unit: the first instant after another.
 const NEXT: Duration = Duration::from_nanos(1);
 
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Monitor {
-    /// Next tick that can matter.
-    tick_at: Instant,
-    /// When the host has to poll even if nothing happens.
-    pub(super) wake: Instant,
-    /// Last tick that was looked at, plus one nanosecond; 0 before the first.
-    looked_at: u64,
-    /// Consecutive ticks with overload.
-    pub(super) over: u8,
-    /// Jobs whose worst case ends after their deadline.
-    pub(super) behind: u8,
-}
-
-impl Empty for Monitor {
-    const EMPTY: Self =
-        Self { tick_at: Instant::ZERO, wake: Instant::ZERO, looked_at: 0, over: 0, behind: 0 };
+crate::capacity::stored! {
+    #[derive(Clone, Copy, Debug)]
+    pub(super) struct Monitor {
+        /// Next tick that can matter.
+        tick_at: Instant,
+        /// When the host has to poll even if nothing happens.
+        pub(super) wake: Instant,
+        /// Last tick that was looked at, plus one nanosecond; 0 before the first.
+        looked_at: u64,
+        /// Consecutive ticks with overload.
+        pub(super) over: u8,
+        /// Jobs whose worst case ends after their deadline.
+        pub(super) behind: u8,
+    }
 }
 
 impl<C: Capacity> Scheduler<C> {
@@ -48,7 +45,8 @@ impl<C: Capacity> Scheduler<C> {
         let before = Instant::from_nanos(start.as_nanos().saturating_sub(tick.as_nanos()));
         // Nothing happened since the last event, so the lanes tell how busy they were up to any instant since.
         for pool in 0..usize::from(self.pool_count) {
-            let base = if before == self.window { self.pools[pool].mark } else { self.busy_until(pool, before) };
+            let base =
+                if before == self.window { self.pools[pool].mark } else { self.busy_until(pool, before) };
             let mark = self.busy_until(pool, start);
             self.pools[pool].mark = mark;
             self.pools[pool].tick_busy = mark.saturating_sub(base);
@@ -210,7 +208,12 @@ impl<C: Capacity> Scheduler<C> {
         let overload = self.config.overload;
         let exceeded = (0..usize::from(self.pool_count)).any(|pool| {
             let p = &self.pools[pool];
-            overload.exceeded(self.queued_in(pool), Duration::from_nanos(p.tick_busy), tick, p.lanes.count_ones() as u8)
+            overload.exceeded(
+                self.queued_in(pool),
+                Duration::from_nanos(p.tick_busy),
+                tick,
+                p.lanes.count_ones() as u8,
+            )
         });
         let late = self.config.shed != Shed::Hopeless || self.slots().any(|s| self.jobs[s].behind);
         let before = if follows { self.monitor.over } else { 0 };

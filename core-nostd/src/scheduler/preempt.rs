@@ -2,7 +2,7 @@
 //!
 //! *Rule.* When no lane is free and the head's key is smaller than the largest key that runs, that unit loses
 //! its lane and is ready again with what it has done. Atomic nodes and encoders keep their lanes: an encoder's
-//! result may already be waited for.
+//! result may already be waited for. As many sub-jobs as there are lanes may be suspended at a time.
 
 use super::Scheduler;
 use super::action::{Action, Dispatch};
@@ -12,20 +12,15 @@ use crate::graph::Divisibility;
 use crate::id::LaneId;
 use crate::time::Duration;
 
-/// Sub-jobs that may be suspended at a time; beyond that nothing is preempted.
-pub(super) const SUSPENDED: usize = 8;
-
-/// A preempted sub-job and how long it has run.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Suspended {
-    /// Job slot plus one; 0 is a free place.
-    slot: u8,
-    rank: u8,
-    executed: Duration,
-}
-
-impl Empty for Suspended {
-    const EMPTY: Self = Self { slot: 0, rank: 0, executed: Duration::ZERO };
+crate::capacity::stored! {
+    /// A preempted sub-job and how long it has run.
+    #[derive(Clone, Copy, Debug)]
+    pub(super) struct Suspended {
+        /// Job slot plus one; 0 is a free place.
+        slot: u8,
+        rank: u8,
+        executed: Duration,
+    }
 }
 
 impl<C: Capacity> Scheduler<C> {
@@ -47,14 +42,14 @@ impl<C: Capacity> Scheduler<C> {
         };
         let lanes = super::bits(self.pools[pool].lanes.into());
         let lane = lanes.filter(running).max_by_key(key)?;
-        let place = self.suspended.iter().position(|s| s.slot == 0)?;
+        let place = self.suspended.as_ref().iter().position(|s| s.slot == 0)?;
         let l = self.lanes[lane];
         let (victim, its_rank) = (usize::from(l.slot), usize::from(l.rank));
         if self.rank_key(victim, its_rank) <= head {
             return None;
         }
         let executed = self.executed_on(lane);
-        *self.suspended.get_mut(place)? = Suspended { slot: l.slot + 1, rank: l.rank, executed };
+        self.suspended[place] = Suspended { slot: l.slot + 1, rank: l.rank, executed };
         self.note(EventKind::Preempted, victim, its_rank, lane);
         self.free(lane);
         let job = &mut self.jobs[victim];
@@ -76,24 +71,24 @@ impl<C: Capacity> Scheduler<C> {
         if !self.config.preempt {
             return None;
         }
-        Some(self.suspended.get(self.suspended_place(slot, rank)?)?.executed)
+        Some(self.suspended[self.suspended_place(slot, rank)?].executed)
     }
 
     /// Takes a rank out of the table when it starts again.
     pub(super) fn resume(&mut self, slot: usize, rank: usize) -> Duration {
-        let place = self.suspended_place(slot, rank).and_then(|place| self.suspended.get_mut(place));
+        let place = self.suspended_place(slot, rank).map(|place| &mut self.suspended[place]);
         place.map_or(Duration::ZERO, |s| core::mem::replace(s, Suspended::EMPTY).executed)
     }
 
     pub(super) fn forget_suspended(&mut self, slot: usize) {
         if self.config.preempt {
             let gone = |s: &&mut Suspended| usize::from(s.slot) == slot + 1;
-            self.suspended.iter_mut().filter(gone).for_each(|s| *s = Suspended::EMPTY);
+            self.suspended.as_mut().iter_mut().filter(gone).for_each(|s| *s = Suspended::EMPTY);
         }
     }
 
     fn suspended_place(&self, slot: usize, rank: usize) -> Option<usize> {
         let here = |s: &Suspended| usize::from(s.slot) == slot + 1 && usize::from(s.rank) == rank;
-        self.suspended.iter().position(here)
+        self.suspended.as_ref().iter().position(here)
     }
 }

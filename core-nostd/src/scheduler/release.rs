@@ -10,26 +10,17 @@ use crate::policy::frame_cache::CaptureSource;
 use crate::ready_queue::Rank;
 use crate::time::Instant;
 
-/// A release was refused. Nothing changed; the host counts the job as shed with the reason `full` where that
-/// is the variant.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[non_exhaustive]
-pub enum ReleaseError {
-    /// The task is not admitted, or was removed.
-    UnknownTask,
-    /// `C::JOBS` jobs are in flight, or have ended and their outcomes wait to be taken. The job's index is used
-    /// up.
-    Full,
-    /// The release, or its deadline, lies beyond 2^63 ns.
-    Overflow,
-}
-
-crate::error::messages! {
-    ReleaseError {
-        UnknownTask => "the task is not admitted",
-        Full => "as many jobs as the capacity allows are in flight; the job is shed",
-        Overflow => "the release or its deadline lies beyond 2^63 ns",
+crate::error::errors! {
+    /// A release was refused. Nothing changed; the host counts the job as shed with the reason `full` where that
+    /// is the variant.
+    pub enum ReleaseError {
+        /// The task is not admitted, or was removed.
+        UnknownTask,
+        /// `C::JOBS` jobs are in flight, or have ended and their outcomes wait to be taken. The job's index is used
+        /// up.
+        Full,
+        /// The release, or its deadline, lies beyond 2^63 ns.
+        Overflow,
     }
 }
 
@@ -116,10 +107,12 @@ impl<C: Capacity> Scheduler<C> {
     /// Called after a job's ready set changed.
     #[inline(always)]
     pub(super) fn changed(&mut self, slot: usize) {
-        if self.reassigns {
-            self.stale_keys = true;
-        } else if self.config.residual() {
-            self.residual_key(slot);
+        if self.residual {
+            if self.reassigns {
+                self.stale_keys = true;
+            } else {
+                self.residual_key(slot);
+            }
         }
         self.requeue(slot);
     }

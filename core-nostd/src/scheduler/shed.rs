@@ -40,7 +40,8 @@ impl<C: Capacity> Scheduler<C> {
         loop {
             let this = &*self;
             let queued = this.slots().filter(|slot| this.may_drop(*slot)).flat_map(|slot| {
-                let key = move |rank| (this.urgency(slot, rank), Reverse((this.rank_key(slot, rank), rank)), slot);
+                let key =
+                    move |rank| (this.urgency(slot, rank), Reverse((this.rank_key(slot, rank), rank)), slot);
                 this.jobs[slot].ready.iter().map(key)
             });
             let Some((_, _, slot)) = queued.min() else { return };

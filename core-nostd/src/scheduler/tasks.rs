@@ -3,11 +3,12 @@
 use super::Scheduler;
 use super::action::ShedReason;
 use super::version::Version;
-use crate::analysis::{Certificate, Demand, response_time};
+use crate::analysis::response_time::bound_by_levels;
+use crate::analysis::{Certificate, Demand};
 use crate::capacity::{Capacity, Empty};
 use crate::config::Admission;
 use crate::deadlines::Estimator;
-use crate::graph::{Dag, Node, Role};
+use crate::graph::{Dag, Levels, Node, Role};
 use crate::id::{NodeId, PoolId, TaskId};
 use crate::policy::Floor;
 use crate::time::{Bytes, Duration};
@@ -56,73 +57,45 @@ impl Timing {
     }
 }
 
-/// A task could not be admitted. Nothing changed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[non_exhaustive]
-pub enum AddTaskError {
-    /// Every task place of the capacity is taken.
-    Full,
-    /// The graph has no node.
-    Empty,
-    /// The deadline is 0 or above 2^62 ns.
-    Deadline,
-    /// A node names a pool that does not exist.
-    UnknownPool,
-    /// A node, or an encoder and one of its decoders together, needs more memory than its pool has.
-    Memory,
-    /// Under `Admission::Enforce`: the certificate does not fit.
-    Unschedulable,
-}
-
-crate::error::messages! {
-    AddTaskError {
-        Full => "every task place of the capacity is taken; use larger TASKS",
-        Empty => "the graph has no node",
-        Deadline => "the deadline is 0 or above 2^62 ns",
-        UnknownPool => "a node names a pool that does not exist",
-        Memory => "a node, or an encoder with a decoder, needs more memory than its pool has",
-        Unschedulable => "the response-time bound is above the deadline or the period",
+crate::error::errors! {
+    /// A task could not be admitted. Nothing changed.
+    pub enum AddTaskError {
+        /// Every task place of the capacity is taken.
+        Full,
+        /// The graph has no node.
+        Empty,
+        /// The deadline is 0 or above 2^62 ns.
+        Deadline,
+        /// A node names a pool that does not exist.
+        UnknownPool,
+        /// A node, or an encoder and one of its decoders together, needs more memory than its pool has.
+        Memory,
+        /// Under `Admission::Enforce`: the certificate does not fit.
+        Unschedulable,
     }
 }
 
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Task<C: Capacity> {
-    pub(super) admitted: bool,
-    /// The version that new jobs get.
-    pub(super) current: u8,
-    pub(super) generation: u16,
-    pub(super) value: u32,
-    pub(super) deadline: Duration,
-    pub(super) period: Option<Duration>,
-    pub(super) next_job: u64,
-    /// One more than the highest node place ever used.
-    pub(super) end: u16,
-    /// Counts commits, so that an edit knows whether another came between.
-    pub(super) revision: u32,
-    pub(super) floor: Floor,
-    pub(super) versions: [Version<C>; 2],
-    /// By node id; a place belongs to one node as long as a version uses it.
-    pub(super) nodes: C::Nodes<Node>,
-    pub(super) estimates: C::Nodes<Estimator>,
-}
-
-impl<C: Capacity> Empty for Task<C> {
-    const EMPTY: Self = Self {
-        admitted: false,
-        current: 0,
-        generation: 0,
-        value: 0,
-        deadline: Duration::ZERO,
-        period: None,
-        next_job: 0,
-        end: 0,
-        revision: 0,
-        floor: Floor::EMPTY,
-        versions: [Version::EMPTY; 2],
-        nodes: <C::Nodes<Node>>::EMPTY,
-        estimates: <C::Nodes<Estimator>>::EMPTY,
-    };
+crate::capacity::stored! {
+    #[derive(Clone, Copy, Debug)]
+    pub(super) struct Task<C: Capacity> {
+        pub(super) admitted: bool,
+        /// The version that new jobs get.
+        pub(super) current: u8,
+        pub(super) generation: u16,
+        pub(super) value: u32,
+        pub(super) deadline: Duration,
+        pub(super) period: Option<Duration>,
+        pub(super) next_job: u64,
+        /// One more than the highest node place ever used.
+        pub(super) end: u16,
+        /// Counts commits, so that an edit knows whether another came between.
+        pub(super) revision: u32,
+        pub(super) floor: Floor,
+        pub(super) versions: [Version<C>; 2],
+        /// By node id; a place belongs to one node as long as a version uses it.
+        pub(super) nodes: C::Nodes<Node>,
+        pub(super) estimates: C::Nodes<Estimator>,
+    }
 }
 
 impl<C: Capacity> Scheduler<C> {
@@ -138,11 +111,12 @@ impl<C: Capacity> Scheduler<C> {
         }
         self.check_graph(dag)?;
         let slot = (0..C::TASKS).find(|t| !self.tasks[*t].admitted).ok_or(AddTaskError::Full)?;
-        let proof = self.prove(dag, timing.deadline, timing.period);
+        let levels = Levels::of(dag);
+        let proof = self.prove(dag, &levels, timing.deadline, timing.period);
         if self.config.admission == Admission::Enforce && !proof.fits() {
             return Err(AddTaskError::Unschedulable);
         }
-        let version = Version::build(dag, &self.config, timing.deadline, &self.lanes_by_pool());
+        let lanes = self.lanes_by_pool();
         let task = &mut self.tasks[slot];
         task.admitted = true;
         task.current = 0;
@@ -153,9 +127,10 @@ impl<C: Capacity> Scheduler<C> {
         task.end = 0;
         task.revision = 0;
         task.floor = timing.floor;
-        task.versions = [version, Version::EMPTY];
+        task.versions = [Version::EMPTY; 2];
         task.install(dag);
-        self.task_count = self.task_count.max(slot as u8 + 1);
+        let [first, _] = &mut task.versions;
+        first.lay_out(dag, &levels, &self.config, timing.deadline, proof.critical_path, &lanes);
         Ok(TaskId::new(slot, self.tasks[slot].generation))
     }
 
@@ -177,7 +152,8 @@ impl<C: Capacity> Scheduler<C> {
     #[must_use]
     pub fn certificate(&self, task: TaskId) -> Option<Certificate> {
         let t = &self.tasks[self.task_slot(task)?];
-        Some(self.prove(&t.versions[usize::from(t.current)].dag(&t.nodes), t.deadline, t.period))
+        let dag = t.versions[usize::from(t.current)].dag(&t.nodes);
+        Some(self.prove(&dag, &Levels::of(&dag), t.deadline, t.period))
     }
 
     /// What the admitted tasks ask of a pool, for [`utilisation_slack`](crate::utilisation_slack).
@@ -206,17 +182,24 @@ impl<C: Capacity> Scheduler<C> {
 
     pub(super) fn task_slot(&self, task: TaskId) -> Option<usize> {
         let slot = task.index();
-        let known = slot < C::TASKS && self.tasks[slot].admitted && self.tasks[slot].generation == task.generation();
+        let known =
+            slot < C::TASKS && self.tasks[slot].admitted && self.tasks[slot].generation == task.generation();
         known.then_some(slot)
     }
 
-    pub(super) fn prove(&self, dag: &Dag<C>, deadline: Duration, period: Option<Duration>) -> Certificate {
-        let mut budgets = <C::Pools<Budget>>::EMPTY;
+    pub(super) fn prove(
+        &self,
+        dag: &Dag<C>,
+        levels: &Levels<C>,
+        deadline: Duration,
+        period: Option<Duration>,
+    ) -> Certificate {
+        let mut budgets = <C::Pools<Option<Bytes>>>::EMPTY;
         for p in 0..usize::from(self.pool_count) {
             budgets[p] = self.pools[p].limited.then_some(Bytes(self.pools[p].budget));
         }
         let limit = period.map_or(deadline, |t| t.min(deadline));
-        response_time(dag, limit, &self.lanes_by_pool(), budgets.as_ref())
+        bound_by_levels(dag, levels, limit, &self.lanes_by_pool(), budgets.as_ref())
     }
 
     pub(super) fn lanes_by_pool(&self) -> [u8; 32] {
@@ -270,10 +253,4 @@ impl<C: Capacity> Task<C> {
         self.end = self.end.max(dag.end());
         self.revision = self.revision.wrapping_add(1);
     }
-}
-
-type Budget = Option<Bytes>;
-
-impl Empty for Budget {
-    const EMPTY: Self = None;
 }

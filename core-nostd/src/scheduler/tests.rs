@@ -1,14 +1,32 @@
 use super::*;
-use crate::graph::NodeSet;
-use crate::Caps;
-type Robot = Caps<4, 16, 16>;
+use crate::sync::TicketLock;
+use crate::{Caps, SharedScheduler};
+
+/// The paper's workload: 4 tasks of 16 nodes, 16 jobs, 4 lanes.
+type Paper = Caps<4, 16, 16>;
+
 #[test]
-fn sizes() {
-    println!("sched {} pool {} lane {} job {} task {} version {} output {} susp {} queue-entry {} ", size_of::<Scheduler<Robot>>(), size_of::<Pool<Robot>>(), size_of::<Lane>(), size_of::<Job<Robot>>(), size_of::<Task<Robot>>(),
-     size_of::<version::Version<Robot>>(), size_of::<Output>(), size_of::<Suspended>(), size_of::<Entry<Rank>>());
-    println!("node {} est {} set {} config {} monitor {}", size_of::<crate::Node>(), size_of::<crate::Estimator>(), size_of::<NodeSet<Robot>>(), size_of::<Config>(), size_of::<Monitor>());
+fn the_papers_workload_fits_in_12_kib_with_its_synchronizers() {
+    let bytes = size_of::<SharedScheduler<Paper, TicketLock<Scheduler<Paper>>, 1, 4>>();
+    assert!(bytes <= 12 * 1024, "{bytes} bytes");
+    assert_eq!(Scheduler::<Paper>::RECORD_SIZE, size_of::<u64>() * 2);
 }
+
 #[test]
-fn shared_size() {
-    println!("shared {}", size_of::<crate::SharedScheduler<Robot, crate::sync::TicketLock<Scheduler<Robot>>, 1, 8>>());
+fn a_steady_state_of_one_job_never_touches_the_queue() {
+    let mut dag = crate::Dag::<Paper>::new();
+    let nodes = [0; 4].map(|_| dag.add_node(crate::Node::new(crate::Wcet::from_millis(1))).unwrap());
+    nodes.windows(2).for_each(|pair| dag.add_edge(pair[0], pair[1]).unwrap());
+    let mut scheduler = Scheduler::<Paper>::new(Config::REDRT);
+    let task = scheduler.add_task(&dag, crate::Timing::new(Duration::from_millis(50))).unwrap();
+    scheduler.release(task, Instant::ZERO).unwrap();
+    let mut order = Vec::new();
+    while let Some(action) = scheduler.poll(Instant::ZERO) {
+        assert!(scheduler.pools[0].queue.is_empty());
+        if let crate::Action::Dispatch(d) = action {
+            order.push(d.unit.node());
+            scheduler.complete(d.unit, Instant::ZERO).unwrap();
+        }
+    }
+    assert_eq!(order, nodes);
 }

@@ -1,53 +1,39 @@
 //! Lanes and the units that run on them.
 
 use super::Scheduler;
-use super::event::EventKind;
 use super::bits;
+use super::event::EventKind;
 use crate::capacity::{Capacity, Empty};
 use crate::id::{JobId, LaneId, NodeId, PoolId, TaskId, UnitId};
 use crate::time::{Duration, Instant};
 
-/// What runs on a lane.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Lane {
-    pub(super) unit: UnitId,
-    pub(super) started: Instant,
-    /// How long the first member had run before, if it was preempted.
-    pub(super) carried: Duration,
-    /// Jobs with a member in the unit, a bit per slot; 0: every member's job was given up.
-    pub(super) members: u64,
-    pub(super) memory: u64,
-    /// First member.
-    pub(super) slot: u8,
-    pub(super) rank: u8,
-    pub(super) pool: u8,
-    /// Whether the unit has more than one member, or lost one.
-    pub(super) merged: bool,
-    /// Result that the unit writes (encoder) or reads (decoder), plus one.
-    pub(super) output: u16,
-    pub(super) is_encoder: bool,
+crate::capacity::stored! {
+    /// What runs on a lane.
+    #[derive(Clone, Copy, Debug)]
+    pub(super) struct Lane {
+        pub(super) unit: UnitId,
+        pub(super) started: Instant,
+        /// How long the first member had run before, if it was preempted.
+        pub(super) carried: Duration,
+        /// Jobs with a member in the unit, a bit per slot; 0: every member's job was given up.
+        pub(super) members: u64,
+        pub(super) memory: u64,
+        /// First member.
+        pub(super) slot: u8,
+        pub(super) rank: u8,
+        pub(super) pool: u8,
+        /// Whether the unit has more than one member, or lost one.
+        pub(super) merged: bool,
+        /// Result that the unit writes (encoder) or reads (decoder), plus one.
+        pub(super) output: u16,
+        pub(super) is_encoder: bool,
+    }
 }
 
 impl Lane {
     pub(super) fn is_busy(&self) -> bool {
         self.unit != UnitId::EMPTY
     }
-}
-
-impl Empty for Lane {
-    const EMPTY: Self = Self {
-        unit: UnitId::EMPTY,
-        started: Instant::ZERO,
-        carried: Duration::ZERO,
-        members: 0,
-        memory: 0,
-        slot: 0,
-        rank: 0,
-        pool: 0,
-        merged: false,
-        output: 0,
-        is_encoder: false,
-    };
 }
 
 /// One sub-job of a unit, and what its body may want to know.
@@ -209,11 +195,12 @@ impl<C: Capacity> Scheduler<C> {
         let pool = usize::from(l.pool);
         self.pools[pool].busy += self.now.since(l.started).as_nanos();
         l.unit = UnitId::EMPTY;
-        self.pools[pool].free |= 1 << lane;
-        self.active |= 1 << pool;
+        // With one lane the whole word is stored, as in `activate`.
+        self.pools[pool].free = if C::LANES == 1 { 1 } else { self.pools[pool].free | 1 << lane };
         if self.pools[pool].limited {
             self.pools[pool].used -= l.memory;
             l.memory = 0;
         }
+        self.activate(pool);
     }
 }

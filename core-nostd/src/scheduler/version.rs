@@ -6,50 +6,63 @@
 //! (they are the sources of what remains), so ranks go by node id there.
 
 use crate::capacity::{Capacity, Empty};
-use crate::config::Config;
+use crate::config::{Config, Gate};
 use crate::deadlines::SubDeadlines;
 use crate::deadlines::path::before;
-use crate::graph::{Dag, Levels, Node, NodeSet, Role, critical_path};
+use crate::graph::{Dag, Levels, Node, NodeSet, Role};
 use crate::id::NodeId;
 use crate::time::Duration;
 
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Version<C: Capacity> {
-    /// Hot: what completing and dispatching a node reads.
-    pub(super) len: u16,
-    /// Jobs in flight that have this version.
-    pub(super) users: u8,
-    /// Whether a node is an encoder or a decoder.
-    pub(super) has_roles: bool,
-    /// Pools that its nodes use, a bit each.
-    pub(super) pool_mask: u32,
-    /// Relative latest start of the most pressing node: D less the critical path.
-    pub(super) slack: i64,
-    pub(super) sources: NodeSet<C>,
-    pub(super) encoders: NodeSet<C>,
-    pub(super) decoders: NodeSet<C>,
-    /// Ranks by pool.
-    pub(super) in_pool: C::Pools<NodeSet<C>>,
-    /// By rank: successors, key relative to the release, node id, number of predecessors, height.
-    pub(super) successors: C::Nodes<NodeSet<C>>,
-    pub(super) key: C::Nodes<i64>,
-    pub(super) order: C::Nodes<u8>,
-    pub(super) indegree: C::Nodes<u8>,
-    pub(super) height: C::Nodes<u8>,
-    /// Ranks in topological order.
-    pub(super) topological: C::Nodes<u8>,
+crate::capacity::stored! {
+    #[derive(Clone, Copy, Debug)]
+    pub(super) struct Version<C: Capacity> {
+        /// Hot: what completing and dispatching a node reads.
+        pub(super) len: u16,
+        /// Jobs in flight that have this version.
+        pub(super) users: u8,
+        /// Whether precedence alone readies its nodes: no encoder, no decoder, no level gate.
+        pub(super) is_plain: bool,
+        /// Pools that its nodes use, a bit each.
+        pub(super) pool_mask: u32,
+        /// Relative latest start of the most pressing node: D less the critical path.
+        pub(super) slack: i64,
+        pub(super) sources: NodeSet<C>,
+        pub(super) encoders: NodeSet<C>,
+        pub(super) decoders: NodeSet<C>,
+        /// Ranks by pool.
+        pub(super) in_pool: C::Pools<NodeSet<C>>,
+        /// By rank: successors, key relative to the release, node id, number of predecessors, height.
+        pub(super) successors: C::Nodes<NodeSet<C>>,
+        pub(super) key: C::Nodes<i64>,
+        pub(super) order: C::Nodes<u8>,
+        pub(super) indegree: C::Nodes<u8>,
+        pub(super) height: C::Nodes<u8>,
+        /// Ranks in topological order.
+        pub(super) topological: C::Nodes<u8>,
+    }
 }
 
 impl<C: Capacity> Version<C> {
-    /// Lays `dag` out. Time bound: O(nodes log nodes + edges).
-    pub(super) fn build(dag: &Dag<C>, config: &Config, deadline: Duration, lanes: &[u8]) -> Self {
-        let levels = Levels::of(dag);
-        let assigned = SubDeadlines::assign(dag, config.rule, deadline, lanes);
-        let mut new = Self::EMPTY;
-        let mut sorted = <C::Nodes<(i64, u8)>>::EMPTY;
+    /// Lays `dag` out in place, which is large. `longest` is its critical path. Time bound: O(nodes log nodes +
+    /// edges).
+    pub(super) fn lay_out(
+        &mut self,
+        dag: &Dag<C>,
+        levels: &Levels<C>,
+        config: &Config,
+        deadline: Duration,
+        longest: Duration,
+        lanes: &[u8],
+    ) {
+        *self = Self::EMPTY;
+        let new = self;
+        new.is_plain = config.gate == Gate::Precedence;
+        let assigned = SubDeadlines::by_levels(dag, levels, config.rule, deadline, lanes);
+        let mut sorted = <C::Nodes<u128>>::EMPTY;
         for i in dag.present().iter() {
             let key = if config.residual() { 0 } else { assigned.key[i] };
-            sorted[usize::from(new.len)] = (key, i as u8);
+            // One integer sorts faster than a pair; with the sign bit flipped it sorts as the signed key.
+            sorted[usize::from(new.len)] = (u128::from(key.cast_unsigned() ^ (1 << 63)) << 8) | i as u128;
             new.len += 1;
         }
         let len = usize::from(new.len);
@@ -58,7 +71,7 @@ impl<C: Capacity> Version<C> {
         }
         let mut rank_of = <C::Nodes<u8>>::EMPTY;
         for rank in 0..len {
-            let node = usize::from(sorted[rank].1);
+            let node = usize::from(sorted[rank] as u8);
             rank_of[node] = rank as u8;
             new.order[rank] = node as u8;
             new.key[rank] = assigned.key[node];
@@ -70,7 +83,7 @@ impl<C: Capacity> Version<C> {
             if new.indegree[rank] == 0 {
                 new.sources.insert(rank);
             }
-            new.has_roles |= dag.at(node).role != Role::Ordinary;
+            new.is_plain &= dag.at(node).role == Role::Ordinary;
             match dag.at(node).role {
                 Role::SharedEncoder(_) => new.encoders.insert(rank),
                 Role::Decoder => new.decoders.insert(rank),
@@ -84,8 +97,7 @@ impl<C: Capacity> Version<C> {
         for (i, node) in levels.places().enumerate() {
             new.topological[i] = rank_of[node];
         }
-        new.slack = before(deadline.as_nanos().cast_signed(), critical_path(dag, &levels));
-        new
+        new.slack = before(deadline.as_nanos().cast_signed(), longest.as_nanos());
     }
 
     /// The graph again, in node ids.
@@ -109,24 +121,4 @@ impl<C: Capacity> Version<C> {
     pub(super) fn decoders_of(&self, encoder: usize) -> NodeSet<C> {
         self.successors[encoder].and(&self.decoders)
     }
-}
-
-impl<C: Capacity> Empty for Version<C> {
-    const EMPTY: Self = Self {
-        len: 0,
-        users: 0,
-        has_roles: false,
-        pool_mask: 0,
-        slack: 0,
-        sources: NodeSet::EMPTY,
-        encoders: NodeSet::EMPTY,
-        decoders: NodeSet::EMPTY,
-        in_pool: <C::Pools<NodeSet<C>>>::EMPTY,
-        successors: <C::Nodes<NodeSet<C>>>::EMPTY,
-        key: <C::Nodes<i64>>::EMPTY,
-        order: <C::Nodes<u8>>::EMPTY,
-        indegree: <C::Nodes<u8>>::EMPTY,
-        height: <C::Nodes<u8>>::EMPTY,
-        topological: <C::Nodes<u8>>::EMPTY,
-    };
 }

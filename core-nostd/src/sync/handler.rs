@@ -51,21 +51,13 @@ impl HandlerState {
     }
 }
 
-/// A transition was refused; the handler is where it was.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[non_exhaustive]
-pub enum TransitionError {
-    /// No handler may go that way: the caller erred.
-    Illegal,
-    /// The handler is not in the state that the caller thought; somebody else moved it.
-    Elsewhere,
-}
-
-crate::error::messages! {
-    TransitionError {
-        Illegal => "a handler never goes that way",
-        Elsewhere => "the handler is in another state",
+crate::error::errors! {
+    /// A transition was refused; the handler is where it was.
+    pub enum TransitionError {
+        /// No handler may go that way: the caller erred.
+        Illegal,
+        /// The handler is not in the state that the caller thought; somebody else moved it.
+        Elsewhere,
     }
 }
 

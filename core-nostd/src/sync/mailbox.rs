@@ -4,8 +4,8 @@
 //! *Rule.* The producer alone moves `head`, the consumer alone moves `tail`; a place belongs to the producer
 //! while head - tail < N, and to the consumer while it is not 0. A full box refuses; nothing is overwritten.
 
-use crate::capacity::Empty;
 use super::primitive::{AtomicU8, AtomicU32, Cell, Ordering, constructor};
+use crate::capacity::Empty;
 
 /// A ring of `N` letters; `N` is a power of two.
 ///

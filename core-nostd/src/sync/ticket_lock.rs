@@ -88,7 +88,8 @@ mod tests {
     #[test]
     fn a_panic_inside_does_not_block_the_next() {
         let lock = TicketLock::new(0);
-        let panicked = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| lock.with(|_| panic!("planted"))));
+        let panicked =
+            std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| lock.with(|_| panic!("planted"))));
         assert!(panicked.is_err());
         assert_eq!(lock.with(|n| *n), 0);
     }

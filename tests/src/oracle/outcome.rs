@@ -122,6 +122,10 @@ struct JobEnd {
     shed: Option<Reason>,
 }
 
+fn is_by_choice(end: &JobEnd) -> bool {
+    matches!(end.shed, Some(Reason::Overload | Reason::Urgency))
+}
+
 impl Outcome {
     pub(super) fn new(workload: &Workload) -> Self {
         let task = |task: &red_workload::model::Task| TaskOutcome {
@@ -160,8 +164,13 @@ impl Outcome {
     }
 
     pub(super) fn was_shed_by_choice(&self, task: usize, index: u64) -> bool {
-        let chosen = |end: &JobEnd| matches!(end.shed, Some(Reason::Overload | Reason::Urgency));
-        self.ends.iter().rev().find(|end| (end.task, end.index) == (task, index)).is_some_and(chosen)
+        self.ends.iter().rev().find(|end| (end.task, end.index) == (task, index)).is_some_and(is_by_choice)
+    }
+
+    /// Index of the newest job of a task that was shed by choice.
+    pub(super) fn newest_shed_by_choice(&self, task: usize) -> Option<u64> {
+        let mine = self.ends.iter().filter(|end| end.task == task && is_by_choice(end));
+        mine.map(|end| end.index).max()
     }
 
     pub(super) fn row(

@@ -4,7 +4,7 @@ use std::cmp::Reverse;
 
 use super::dispatch::order;
 use super::job::{Job, State};
-use super::{OVERLOAD_TICKS, Policy, QUEUE_MAX, Reason, Sim, TICK_NS, UTILISATION_PPM};
+use super::{FLOOR_MEMORY, OVERLOAD_TICKS, Policy, QUEUE_MAX, Reason, Sim, TICK_NS, UTILISATION_PPM};
 use crate::graph::Role;
 
 impl Sim<'_> {
@@ -60,12 +60,12 @@ impl Sim<'_> {
 
     /// The least that a job can still take. Every execution takes the WCET, so that is the best case. A waiting
     /// encoder whose key runs elsewhere ends when its predecessors and that unit have: behind its predecessors
-    /// it may cost nothing, and alone it takes what is left of the unit.
+    /// it may cost nothing, and alone it takes its own cost less what ran.
     fn best_path(&self, job: &Job, now: u64) -> i128 {
         let elsewhere = |node: usize| {
             let waits = job.graph.nodes[node].role == Role::Encoder && matches!(job.state[node], State::Waiting);
             let key = job.frames[node].as_ref().filter(|key| waits && !self.is_cached(key))?;
-            self.running_until(key).map(|finish| finish - now)
+            self.running_since(key).map(|start| job.graph.nodes[node].wcet_ns.saturating_sub(now - start))
         };
         let left = |node: usize| {
             let sub = &job.graph.nodes[node];
@@ -118,10 +118,14 @@ impl Sim<'_> {
     }
 
     /// Whether the floor of the job's task lets this job be shed by choice: in every k consecutive jobs with
-    /// it, at most k - m are.
+    /// it, at most k - m are. A job whose windows reach further back than sheds are remembered stays.
     fn floor_allows(&self, job: &Job) -> bool {
         let Some((m, k)) = self.workload.tasks[job.task].floor else { return true };
         let (m, k) = (u64::from(m), u64::from(k));
+        let newest = self.outcome.newest_shed_by_choice(job.task).unwrap_or(0);
+        if newest.saturating_sub(job.index) + k > FLOOR_MEMORY {
+            return false;
+        }
         let by_choice = |index: u64| index == job.index || self.outcome.was_shed_by_choice(job.task, index);
         let starts = (job.index + 1).saturating_sub(k)..=job.index;
         starts

@@ -1,7 +1,9 @@
 //! Whole runs on random workloads under REDRT.
 
 use proptest::prelude::*;
-use red_core::{Action, Caps, Config, Dag, Duration, Instant, Node, Scheduler, Timing};
+use red_core::{
+    Action, Caps, Config, Dag, DeadlineRule, Duration, Frame, Gate, Instant, Node, NodeId, Scheduler, Timing, Wcet,
+};
 use red_tests::rng::{Shape, random_workload};
 use red_workload::model::{Part, Work, Workload};
 use red_workload::policy::Policy;
@@ -121,10 +123,42 @@ fn the_judge_has_seen_merges_evictions_edits_and_sheds() {
     );
 }
 
-/// A node of a fresh task, for the model's own test.
 #[test]
-#[should_panic(expected = "starts before a predecessor ended")]
-fn a_planted_breach_of_precedence_is_caught() {
-    let _ = Node::new(red_core::Wcet::ZERO);
-    todo!()
+fn a_merged_unit_is_no_sample_of_a_member_that_costs_less() {
+    type Pair = Caps<2, 2, 2>;
+    let frame = Frame { weights: 0, frame: 0, sensor: None };
+    let mut scheduler = Scheduler::<Pair>::new(Config::REDRT);
+    let tasks = [2, 5].map(|cost| {
+        let mut dag = Dag::new();
+        let encoder = dag.add_node(Node::shared_encoder(Wcet::from_millis(cost), frame)).unwrap();
+        let decoder = dag.add_node(Node::decoder(Wcet::from_millis(1))).unwrap();
+        dag.add_edge(encoder, decoder).unwrap();
+        scheduler.add_task(&dag, Timing::new(Duration::from_millis(50 + cost))).unwrap()
+    });
+    tasks.map(|task| scheduler.release_at(task, Instant::ZERO, Some(1), Instant::ZERO).unwrap());
+    let Some(Action::Dispatch(started)) = scheduler.poll(Instant::ZERO) else { panic!("an encoder starts") };
+    assert_eq!(scheduler.members(started.unit).count(), 2);
+    scheduler.complete(started.unit, Instant::from_nanos(5_000_000)).unwrap();
+    assert_eq!(scheduler.counters().overruns, 0);
+    let sample = scheduler.estimate(tasks[0], NodeId::new(0)).unwrap().mean();
+    assert_eq!(sample, None, "it did not execute alone");
+}
+
+#[test]
+fn the_judge_catches_another_order_an_idle_lane_and_an_overrun() {
+    let caught = |config: Config, percent| {
+        let speaks = |seed| {
+            let workload = random_workload(seed, &Shape::default());
+            let run = || {
+                let mut model = Model::new(&workload);
+                Drive::new(&workload, config, (percent, percent), seed).run(HORIZON_NS, &mut model);
+            };
+            std::panic::catch_unwind(run).is_err()
+        };
+        (0..20).any(speaks)
+    };
+    assert!(!caught(Config::REDRT, 100));
+    assert!(caught(Config { rule: DeadlineRule::LatestFinish, ..Config::REDRT }, 100));
+    assert!(caught(Config { gate: Gate::Level, ..Config::REDRT }, 100));
+    assert!(caught(Config::REDRT, 101));
 }

@@ -4,7 +4,8 @@ use super::period_ns;
 use crate::build::{self, BuildError, Step};
 use crate::model::{Task, Workload};
 use red_core::{
-    Bound, Bytes, Capacity, Dag, Demand, Duration, Frame, LevelCapacity, Role, response_time, utilisation_slack,
+    Bound, Bytes, Capacity, Dag, Demand, Duration, Frame, LevelCapacity, Role, response_time,
+    utilisation_slack,
 };
 use serde::Serialize;
 use std::cmp::Ordering;
@@ -95,7 +96,13 @@ impl Certificate {
 }
 
 impl Proof {
-    fn of<C: Capacity>(dag: &Dag<C>, at_ns: u64, limit: Duration, lanes: &[u8], budgets: &[Option<Bytes>]) -> Self {
+    fn of<C: Capacity>(
+        dag: &Dag<C>,
+        at_ns: u64,
+        limit: Duration,
+        lanes: &[u8],
+        budgets: &[Option<Bytes>],
+    ) -> Self {
         let proof = response_time(dag, limit, lanes, budgets);
         let (bound, paths) = match proof.bound {
             Bound::LongPath { paths } => ("long-path", paths + 1),
@@ -177,7 +184,10 @@ impl Version {
             work_ns,
             used,
             shares_evenly: shares_evenly(dag),
-            offered: frames(dag).filter(|(frame, _)| frame.sensor.is_some()).map(|(frame, _)| key(frame)).collect(),
+            offered: frames(dag)
+                .filter(|(frame, _)| frame.sensor.is_some())
+                .map(|(frame, _)| key(frame))
+                .collect(),
         }
     }
 }
@@ -309,9 +319,11 @@ fn utilisation_tests(workload: &Workload, pools: &Pools, versions: &[Versions]) 
 /// The demands as one over their hyperperiod, where that fits 64 bits: a pool that is exactly full then shows no
 /// rounding.
 fn exact(demands: &[Demand]) -> Vec<Demand> {
-    let periods = || demands.iter().filter_map(|demand| Some((demand.work.as_nanos(), demand.period?.as_nanos())));
+    let periods =
+        || demands.iter().filter_map(|demand| Some((demand.work.as_nanos(), demand.period?.as_nanos())));
     let merged = || {
-        let hyperperiod = periods().try_fold(1u64, |lcm, (_, period)| (lcm / gcd(lcm, period)).checked_mul(period))?;
+        let hyperperiod =
+            periods().try_fold(1u64, |lcm, (_, period)| (lcm / gcd(lcm, period)).checked_mul(period))?;
         let mut scaled = periods().map(|(work, period)| work.checked_mul(hyperperiod / period));
         let work = scaled.try_fold(0u64, |sum, work| sum.checked_add(work?))?;
         Some(Demand { work: Duration::from_nanos(work), period: Some(Duration::from_nanos(hyperperiod)) })

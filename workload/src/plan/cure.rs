@@ -120,7 +120,8 @@ fn widened<C: Capacity>(workload: &Workload, pool: usize) -> Option<Cure> {
         wider.pools[pool].lanes = lanes;
         fits::<C>(&wider)
     };
-    smallest(now + 1..=MOST_LANES.saturating_sub(others), with_lanes).map(|lanes| Cure::Lanes { pool: name, lanes })
+    smallest(now + 1..=MOST_LANES.saturating_sub(others), with_lanes)
+        .map(|lanes| Cure::Lanes { pool: name, lanes })
 }
 
 fn with_periods(workload: &Workload, thousandths: u32) -> Workload {

@@ -29,7 +29,8 @@ fn the_manuals_example_is_planned_before_and_after_its_events() {
     // Graham on two lanes: 24 + 4 / 2; two paths taken apart leave nothing beside them: 24 + 0.
     let base = &task.certificate.base;
     assert_eq!((base.bound, base.response_ns, base.limit_ns), ("long-path", 24 * MS, 100 * MS));
-    let changed: Vec<(u64, u64)> = task.certificate.changes.iter().map(|p| (p.at_ns / MS, p.work_ns / MS)).collect();
+    let changed: Vec<(u64, u64)> =
+        task.certificate.changes.iter().map(|p| (p.at_ns / MS, p.work_ns / MS)).collect();
     assert_eq!(changed, [(3_000, 37), (6_000, 28)]);
     assert!(plan.admission.fits);
 }

@@ -71,7 +71,8 @@ fn apart(event: &str) -> Workload {
 #[test]
 fn tasks_with_pools_of_their_own_are_proved_until_an_event_mixes_them() {
     assert_eq!(admission(&apart("")).guarantee, Guarantee::Analytic);
-    let mixed = "[[event]]\nat = \"1s\"\ntask = \"a\"\nadd = [{ name = \"m\", wcet = \"1ms\", pool = \"cpu\" }]";
+    let mixed =
+        "[[event]]\nat = \"1s\"\ntask = \"a\"\nadd = [{ name = \"m\", wcet = \"1ms\", pool = \"cpu\" }]";
     let mixed = admission(&apart(mixed));
     assert_eq!((mixed.fits, mixed.guarantee), (true, Guarantee::BestEffort));
 }

@@ -31,7 +31,8 @@ fn an_overloaded_pool_is_cured_by_periods_lanes_or_costs() {
 
 #[test]
 fn times_are_printed_rounded_up() {
-    let stretch = Stretch { task: "t".to_owned(), deadline_ns: Some(12_000_001), period_ns: Some(1_000_000_001) };
+    let stretch =
+        Stretch { task: "t".to_owned(), deadline_ns: Some(12_000_001), period_ns: Some(1_000_000_001) };
     assert_eq!(Cure::Times(vec![stretch]).to_string(), "task `t`: deadline 12.001 ms and period 1.001 s");
 }
 

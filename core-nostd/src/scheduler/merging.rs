@@ -1,0 +1,121 @@
+//! Starting units that share: DynamicMerge at dispatch, and which result a unit writes or reads.
+
+use super::Scheduler;
+use super::event::EventKind;
+use crate::capacity::Capacity;
+use crate::id::UnitId;
+use crate::policy::frame_cache::{FrameKey, Output, OutputState};
+use crate::policy::merge::{Candidate, join, window_of};
+
+impl<C: Capacity> Scheduler<C> {
+    /// Starts an encoder, a decoder, or any node of a pool with a memory budget.
+    #[inline(never)]
+    pub(super) fn start_with_care(
+        &mut self,
+        pool: usize,
+        slot: usize,
+        rank: usize,
+        lane: usize,
+    ) -> Option<UnitId> {
+        let limited = self.pools[pool].limited;
+        let (slot, rank) = if limited { self.fitting(pool, slot, rank)? } else { (slot, rank) };
+        let memory = self.node(slot, rank).memory.0;
+        let unit = self.start(slot, rank, lane);
+        if limited {
+            self.lanes[lane].memory = memory;
+            self.pools[pool].used += memory;
+        }
+        let version = self.version(slot);
+        if version.encoders.contains(rank) {
+            self.share(slot, rank, lane);
+        } else if version.decoders.contains(rank) {
+            let output = version.encoder_of(rank).map_or(0, |e| self.jobs[slot].place[e]);
+            self.lanes[lane].output = u16::from(output);
+        }
+        self.requeue(slot);
+        Some(unit)
+    }
+
+    /// An encoder got a lane: others join its unit, and those of its key that cannot wait for its result.
+    fn share(&mut self, slot: usize, rank: usize, lane: usize) {
+        let Some(key) = self.frame_key(slot, rank) else { return };
+        let free = self
+            .outputs
+            .as_ref()
+            .iter()
+            .take(usize::from(u8::MAX))
+            .position(|o| o.state == OutputState::Free);
+        self.lanes[lane].is_encoder = true;
+        self.lanes[lane].output = 0;
+        if let Some(place) = free {
+            let pool = self.lanes[lane].pool;
+            self.outputs[place] = Output { key, bytes: 0, pool, state: OutputState::Running(lane as u8) };
+            self.lanes[lane].output = place as u16 + 1;
+        }
+        if self.config.merge_skew.is_some() {
+            self.merge(slot, rank, lane, key);
+        }
+        if self.config.frame_cache && free.is_some() {
+            for other in self.slots() {
+                if self.version(other).encoders.meets(&self.jobs[other].ready) {
+                    self.meet_outputs(other);
+                    self.requeue(other);
+                }
+            }
+        }
+    }
+
+    /// DynamicMerge around the unit's first member.
+    fn merge(&mut self, slot: usize, rank: usize, lane: usize, key: FrameKey) {
+        let Some(skew) = self.config.merge_skew else { return };
+        let pool = usize::from(self.lanes[lane].pool);
+        let head = self.jobs[slot].release;
+        let releases = self.slots().filter(|s| self.sharing(*s, pool, key).next().is_some());
+        let anchor = window_of(head, skew, &releases.map(|s| self.jobs[s].release));
+        let window = anchor..=anchor.saturating_add(skew);
+        let mut unit = self.candidate(slot, rank);
+        // In dispatch order; each round looks at the next ready encoder after the last: at most jobs * nodes.
+        let mut last = None;
+        loop {
+            let this = &*self;
+            let ready = this.slots().filter(|s| window.contains(&this.jobs[*s].release));
+            let ready =
+                ready.flat_map(|s| this.sharing(s, pool, key).map(move |r| (this.rank_key(s, r), r, s)));
+            let next = ready.filter(|c| last.is_none_or(|last| *c > last)).min();
+            let Some((_, r, other)) = next else { return };
+            last = next;
+            let grow = self.node(other, r).memory.0.saturating_sub(self.lanes[lane].memory);
+            let fits = !self.pools[pool].limited || self.pools[pool].used + grow <= self.pools[pool].budget;
+            let Some(both) = join(unit, self.candidate(other, r), self.now).filter(|_| fits) else {
+                continue;
+            };
+            unit = both;
+            if self.pools[pool].limited {
+                self.lanes[lane].memory += grow;
+                self.pools[pool].used += grow;
+            }
+            let job = &mut self.jobs[other];
+            job.ready.remove(r);
+            job.running.insert(r);
+            job.place[r] = lane as u8;
+            job.started = true;
+            self.lanes[lane].members |= 1 << other;
+            self.lanes[lane].merged = true;
+            self.note(EventKind::Started, other, r, lane);
+            self.requeue(other);
+        }
+    }
+
+    /// Ready encoders of a job with this key in this pool.
+    fn sharing(&self, slot: usize, pool: usize, key: FrameKey) -> impl Iterator<Item = usize> + '_ {
+        let version = self.version(slot);
+        let ready = version.encoders.and(&self.jobs[slot].ready).and(&version.in_pool[pool]);
+        ready.iter().filter(move |r| self.frame_key(slot, *r) == Some(key))
+    }
+
+    fn candidate(&self, slot: usize, rank: usize) -> Candidate {
+        let deadline = self.jobs[slot].deadline.as_nanos().cast_signed();
+        let latest_finish = deadline.saturating_sub_unsigned(self.tail_after(slot, rank));
+        Candidate { cost: self.expected(slot, rank), latest_finish }
+    }
+}

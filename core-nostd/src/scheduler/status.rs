@@ -1,0 +1,84 @@
+//! What a host may ask: counters, queues, time.
+
+use super::Scheduler;
+use super::event::Event;
+use crate::capacity::Capacity;
+use crate::config::Config;
+use crate::time::Instant;
+
+crate::capacity::stored! {
+    /// What happened so far, in numbers.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+    #[non_exhaustive]
+    pub struct Counters {
+        /// Units dispatched.
+        pub units: u64,
+        /// Encoder sub-jobs that completed without executing: members of a unit beyond the first, and hits.
+        pub encoder_runs_saved: u64,
+        /// Executions beyond the WCET.
+        pub overruns: u64,
+        /// Calls whose `now` was before an earlier one.
+        pub clock_steps_back: u64,
+        /// Completions of units whose jobs had been given up.
+        pub late_completions: u64,
+        /// Results thrown away for memory; their encoders run again.
+        pub evictions: u64,
+    }
+}
+
+impl<C: Capacity> Scheduler<C> {
+    /// The configuration.
+    #[must_use]
+    pub const fn config(&self) -> &Config {
+        &self.config
+    }
+
+    /// What happened so far, in numbers.
+    #[must_use]
+    pub fn counters(&self) -> Counters {
+        Counters { units: self.units, ..self.counters }
+    }
+
+    /// Jobs in flight.
+    #[must_use]
+    pub const fn jobs_in_flight(&self) -> usize {
+        self.in_flight.count_ones() as usize
+    }
+
+    /// Sub-jobs that are ready and wait for a lane.
+    #[must_use]
+    pub fn ready_sub_jobs(&self) -> usize {
+        self.slots().map(|slot| self.jobs[slot].ready.len()).sum()
+    }
+
+    /// Units that run, whether or not their jobs still want them.
+    #[must_use]
+    pub fn running_units(&self) -> usize {
+        (0..usize::from(self.lane_count)).filter(|l| self.lanes[*l].is_busy()).count()
+    }
+
+    /// Whether a pool has both a free lane and a sub-job that waits for one.
+    #[must_use]
+    pub fn can_dispatch(&self) -> bool {
+        let waits = |pool: usize| self.slots().any(|slot| self.head_of(slot, pool).is_some());
+        (0..usize::from(self.pool_count)).any(|pool| self.pools[pool].free != 0 && waits(pool))
+    }
+
+    /// When `poll` has something to decide even if nothing happens. May change after every other call.
+    #[must_use]
+    pub fn poll_at(&self) -> Option<Instant> {
+        (self.in_flight != 0 && self.monitor.wake < Instant::MAX).then_some(self.monitor.wake)
+    }
+
+    /// Takes the oldest event of the record.
+    pub fn take_event(&mut self) -> Option<Event> {
+        self.record.take()
+    }
+
+    /// Events that the record had to drop because nobody took them; exact.
+    #[must_use]
+    pub const fn events_dropped(&self) -> u64 {
+        self.record.dropped()
+    }
+}
