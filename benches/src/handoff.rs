@@ -31,48 +31,41 @@ pub(crate) const BARE_FLAG: &str = "bare flag";
 /// Ways to hand over that are measured.
 pub(crate) const CONTESTANTS: &[Contestant] = &[
     Contestant { name: BARE_FLAG, ours: false, build: bare_flag },
-    Contestant { name: "RED", ours: true, build: ours::hand_off },
+    Contestant { name: "RED, complete and poll", ours: true, build: ours::hand_off },
 ];
 
-/// One flag per direction.
+/// One line per direction.
 #[derive(Default)]
-struct Flags {
+struct Lines {
     there: Line,
     back: Line,
 }
 
-impl Flags {
-    fn round_trip(&self, turn: u64) -> Option<()> {
-        self.there.store(turn);
-        self.back.spin(|line| (line.load() == turn).then_some(()))
-    }
-
-    fn answer(&self) {
-        let turn = self.there.load();
-        if turn != self.back.load() {
-            self.back.store(turn);
-        }
-        hint::spin_loop();
-    }
-}
-
 fn bare_flag(machine: &'static Machine) -> Result<Runner, NotRun> {
-    let flags = Arc::new(Flags::default());
+    let lines = Arc::new(Lines::default());
     let companion = Companion::spawn(machine, {
-        let flags = Arc::clone(&flags);
-        move || flags.answer()
+        let (lines, mut seen) = (Arc::clone(&lines), 0);
+        move || {
+            if let Some(turn) = lines.there.news(&mut seen) {
+                lines.back.store(turn);
+            }
+            hint::spin_loop();
+        }
     })?;
-    let mut turn = 0;
+    let (mut turn, mut seen) = (0, 0);
     Ok(Box::new(move |runs, samples| {
-        let mut answered = Some(());
+        let mut answered = true;
         companion.beside(|| {
             fill(samples, || {
                 for _ in 0..runs {
-                    turn += 1;
-                    answered = answered.and_then(|()| flags.round_trip(turn));
+                    if answered {
+                        turn += 1;
+                        lines.there.store(turn);
+                        answered = lines.back.wait(&mut seen).is_some();
+                    }
                 }
             });
         })?;
-        answered.ok_or_else(NotRun::lane_gone)
+        if answered { Ok(()) } else { Err(NotRun::lane_gone()) }
     }))
 }

@@ -6,7 +6,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 /// Longest spin for one signal, in turns: about a second. Only a thread that is gone takes that long.
 const TURNS: u32 = 20_000_000;
 
-/// A word on a pair of cache lines of its own, because the prefetcher fetches pairs. 0 is no signal.
+/// A word on a pair of cache lines of its own, because the prefetcher fetches pairs. Each signal is another word;
+/// the first is not 0.
 #[repr(align(128))]
 #[derive(Default)]
 pub(crate) struct Line(AtomicU64);
@@ -20,23 +21,22 @@ impl Line {
         self.0.load(Ordering::Acquire)
     }
 
-    /// Takes the signal, if there is one. Nobody may store between one signal and its being taken.
+    /// The signal, if it is another than `seen`, which becomes it. Taking a signal stores nothing, so the line
+    /// changes its owner once per signal.
     #[inline(always)]
-    pub(crate) fn take(&self) -> Option<u64> {
+    pub(crate) fn news(&self, seen: &mut u64) -> Option<u64> {
         let word = self.load();
-        if word == 0 {
-            return None;
-        }
-        self.0.store(0, Ordering::Relaxed);
-        Some(word)
+        let is_new = word != *seen;
+        *seen = word;
+        is_new.then_some(word)
     }
 
-    /// Spins until `seen` answers; `None` when the other thread is gone.
+    /// Spins until there are news; `None` when the other thread is gone.
     #[inline(always)]
-    pub(crate) fn spin<R>(&self, seen: impl Fn(&Self) -> Option<R>) -> Option<R> {
+    pub(crate) fn wait(&self, seen: &mut u64) -> Option<u64> {
         for _ in 0..TURNS {
-            if let Some(answer) = seen(self) {
-                return Some(answer);
+            if let Some(word) = self.news(seen) {
+                return Some(word);
             }
             hint::spin_loop();
         }

@@ -60,7 +60,7 @@ pub(crate) fn from_outside(setup: &Setup<'_>) -> Result<Runner, NotRun> {
     fitted!(build, setup, lanes 1, events 0)
 }
 
-/// Two nodes in a row, each in the pool of another lane: a job goes there and back.
+/// Two nodes in a row, each in the pool of another lane: a job goes there and back, through the lock.
 pub(crate) fn hand_off(machine: &'static Machine) -> Result<Runner, NotRun> {
     type There = red_core::Caps<1, 2, 1, 2, 2>;
     let dag = dag::<There>(&Graph::chain(2), |node| PoolId::new(1 - node as u8))?;

@@ -1,18 +1,210 @@
-//! `redrt profile`.
+//! `redrt profile`: what the bodies of a workload cost on this machine, written into a copy of its file.
+//!
+//! ```text
+//! file -> bodies on lanes -> times alone, against co-runners, of whole pools -> figures -> copy of the file
+//! ```
 
+mod edit;
+mod figures;
+mod lanes;
+mod machine;
+mod measure;
+
+use crate::options;
 use crate::outcome::{Answer, Failure};
-use std::path::PathBuf;
+use crate::output;
+use crate::session::SessionError;
+use crate::session::bodies::Bodies;
+use figures::{Report, Summary};
+use lanes::{Bounds, Lanes, Trouble};
+use machine::Machine;
+use measure::{Bench, Measured, Node};
+use red_bodies::plugin::Host as PluginHost;
+use red_core::{Empty, Scheduler};
+use red_rt::setup;
+use red_rt::stop::StopSignals;
+use red_workload::Format;
+use red_workload::build;
+use red_workload::model::{Body, PoolKind, Workload};
+use red_workload::policy::Policy;
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::os::unix::fs::MetadataExt;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-/// Measures the bodies of a workload on this machine.
+/// Room for every workload file.
+type Room = red_core::Caps<16, 256, 64, 32, 32, 4, 4096>;
+
+/// Measures the bodies of a workload on this machine and writes the times into a copy of its file.
 #[derive(clap::Args)]
-#[command(after_help = "Example:\n  redrt profile examples/cruise.toml")]
+#[command(after_help = "\
+Every node runs alone on a CPU, then against the nodes of the largest memory on all other CPUs; then all nodes of a \
+pool run on one CPU and on all of them, which gives rho. The copy has `wcet` (largest time alone, and the margin), \
+`bcet` (smallest), `contention` of atomic nodes (largest against the others less largest alone) and `lanes` of pools \
+(rho rounded down, at least 1); the rest of the file stays as it is. rho has two decimals, and a pool that names its \
+`cpus` is measured on these. YAML is refused: convert it to TOML, whose comments can be kept.
+Ctrl-C ends it, with nothing written and exit status 1. Without real-time rights: exit status 3, with the fix.
+
+Example:
+  redrt profile examples/cruise.toml --out examples/cruise.here.toml")]
 pub(crate) struct Args {
-    /// Workload file, TOML or YAML.
+    /// Workload file, TOML.
     file: PathBuf,
+    /// The copy; by default NAME.profiled.toml beside NAME.toml.
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Replace the copy if it is there already.
+    #[arg(long)]
+    force: bool,
+    /// Runs per measurement.
+    #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    runs: u32,
+    /// Time per measurement (two for each node, two for each pool); three runs are made in any case.
+    #[arg(long, value_name = "TIME", default_value = "2s", value_parser = options::time_ns)]
+    budget: u64,
+    /// What the WCET is above the largest time that was seen.
+    #[arg(long, value_name = "PERCENT", default_value = "20%", value_parser = percent)]
+    margin: u64,
+    /// Go on without real-time rights; every output says so.
+    #[arg(long)]
+    best_effort: bool,
+    /// Print one JSON object.
+    #[arg(long)]
+    json: bool,
 }
 
-/// Ends with a failure: this part is not built yet.
+/// A share such as `20%`.
+fn percent(text: &str) -> Result<u64, String> {
+    let number = text.strip_suffix('%').and_then(|digits| digits.parse().ok());
+    number
+        .filter(|percent| *percent <= 1_000)
+        .ok_or_else(|| "expected a whole percentage up to 1000%, such as 20%".to_owned())
+}
+
+/// Measures and writes.
 pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
-    red_workload::load(&args.file)?;
-    Err(Failure::Machine("`redrt profile` is not built yet".to_owned()))
+    let workload = red_workload::load(&args.file)?;
+    if Format::of(&args.file) == Format::Yaml {
+        let why = "the file is YAML, and profile writes TOML, where it can keep comments; convert it to TOML, which \
+                   has the same keys";
+        return Err(Failure::Input(why.to_owned()));
+    }
+    if let Some(pool) = workload.pools.iter().find(|pool| pool.kind == PoolKind::Cuda) {
+        return Err(Failure::Machine(SessionError::Cuda(pool.name.clone()).to_string()));
+    }
+    let out = args.out.clone().unwrap_or_else(|| args.file.with_extension("profiled.toml"));
+    check_place(&args.file, &out, args.force)?;
+    let text = fs::read_to_string(&args.file)
+        .map_err(|e| Failure::Input(format!("the file cannot be read as text: {e}")))?;
+
+    let Some((measured, machine)) = measure(args, &workload)? else {
+        output::note("stopped; nothing was written");
+        return Ok(Answer::No);
+    };
+    let summary =
+        Summary { workload: &workload, measured: &measured, machine: &machine, margin_percent: args.margin };
+    let header = summary.header(&args.file);
+    let written = edit::rewrite(&text, &workload, &summary.times(), &summary.lanes(), &header)?;
+    // What is written must be a workload: everything downstream reads it.
+    red_workload::parse(written.as_bytes(), Format::Toml, &out.to_string_lossy())?;
+    write(&out, &written, args.force)?;
+    let has_path = |node: &Node| !matches!(node.part.body, Body::Spin { .. });
+    if out.parent() != args.file.parent() && measured.nodes.iter().any(has_path) {
+        output::note("the copy is in another folder, and the paths of its bodies are relative to that one");
+    }
+    let report = Report::new(&summary, &out);
+    if args.json {
+        output::json(&report)?;
+    } else {
+        output::line(&report.text())?;
+    }
+    Ok(Answer::Yes)
+}
+
+/// Loads the bodies and measures them; nothing if a signal came first.
+fn measure(args: &Args, workload: &Workload) -> Result<Option<(Measured, Machine)>, Failure> {
+    let mut scheduler: Box<Scheduler<Room>> = Box::new(Scheduler::EMPTY);
+    let (plan, _) = build::admit(&mut scheduler, workload, Policy::Redrt.config())?;
+    let stop = StopSignals::install().map_err(|e| Failure::Machine(e.to_string()))?;
+    setup::malloc_for_real_time().map_err(|e| Failure::Machine(e.to_string()))?;
+    let names: Vec<String> = workload.tasks.iter().map(|task| task.name.clone()).collect();
+    let folder = args.file.parent().unwrap_or(Path::new(""));
+    // Nothing is released here, but a body that releases a task takes the way that it takes in a run.
+    let host = PluginHost::new(|_| true);
+    let bodies = Arc::new(Bodies::load(&plan.nodes, &names, folder, &host, None).map_err(Failure::input)?);
+    let machine = Machine::take(workload, args.best_effort)?;
+    if let Some(why) = &machine.denied {
+        output::note(&format!("BEST EFFORT, not real time: {why}"));
+    }
+    // Held to the end; a machine without the device idles as deep as it likes, which doctor tells.
+    let _awake = machine.realtime().then(setup::hold_cpu_dma_latency);
+    let bounds = Bounds { runs: args.runs as usize, budget_ns: args.budget };
+    let measured = Lanes::with(&bodies, &machine, &stop, bounds, |lanes| {
+        Bench { lanes, machine: &machine, workload, nodes: &plan.nodes }.measure()
+    });
+    match measured {
+        Ok(measured) => Ok(Some((measured, machine))),
+        Err(Trouble::Stopped) => Ok(None),
+        Err(Trouble::Body(place)) => {
+            let name = &plan.nodes[place.task][place.node.index()].name;
+            let node = format!("{}.{name}", workload.tasks[place.task].name);
+            Err(Failure::Input(format!(
+                "the body of node `{node}` fails here; `redrt profile` needs bodies that run to their end"
+            )))
+        }
+        Err(Trouble::Setup(e)) => Err(Failure::Machine(e.to_string())),
+        Err(Trouble::Thread(e)) => Err(Failure::Machine(e.to_string())),
+    }
+}
+
+/// Refuses what could not be written at the end, before the time is spent.
+fn check_place(file: &Path, out: &Path, force: bool) -> Result<(), Failure> {
+    let folder = out.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let why = match fs::metadata(out) {
+        Err(e) if e.kind() != io::ErrorKind::NotFound => format!("cannot be written: {e}"),
+        Err(_) if !folder.is_dir() => "is in no folder that is there".to_owned(),
+        Err(_) => return Ok(()),
+        // The file itself may have many names.
+        Ok(there)
+            if fs::metadata(file)
+                .is_ok_and(|file| (file.dev(), file.ino()) == (there.dev(), there.ino())) =>
+        {
+            "is the file to measure, which stays as it is".to_owned()
+        }
+        Ok(there) if !there.is_file() => "is no regular file".to_owned(),
+        Ok(_) if !force => "is there already and --force was not given".to_owned(),
+        Ok(_) => return Ok(()),
+    };
+    Err(Failure::Input(format!("the copy {} {why}; choose its place with --out", shown(out))))
+}
+
+/// A path for a message: escaped, and not too long for one.
+fn shown(path: &Path) -> String {
+    const CHARACTERS: usize = 64;
+    let name: String = path.to_string_lossy().chars().flat_map(char::escape_debug).collect();
+    match name.char_indices().nth(CHARACTERS) {
+        Some((end, _)) => format!("`{}…`", &name[..end]),
+        None => format!("`{name}`"),
+    }
+}
+
+fn write(out: &Path, text: &str, force: bool) -> Result<(), Failure> {
+    let written = || -> io::Result<()> {
+        let mut options = File::options();
+        options.write(true);
+        // What appeared meanwhile is somebody's as well.
+        if force {
+            options.create(true).truncate(true)
+        } else {
+            options.create_new(true)
+        };
+        options.open(out)?.write_all(text.as_bytes())
+    };
+    written().map_err(|e| {
+        Failure::Machine(format!(
+            "the copy {} cannot be written: {e}; choose another place with --out",
+            shown(out)
+        ))
+    })
 }

@@ -24,10 +24,10 @@ use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
 /// Capacities of a run: the limits of a workload file.
-type Robot = red_core::Caps<16, 256, 64, 32, 32, 4, 4096>;
+pub(crate) type Robot = red_core::Caps<16, 256, 64, 32, 32, 4, 4096>;
 
 /// Priority of the lanes: above the kernel's threaded interrupts at 50, below its watchdogs at 99.
-const PRIORITY: u8 = 70;
+pub(crate) const PRIORITY: u8 = 70;
 /// Producer number of plugins.
 const PLUGINS: usize = 0;
 /// Events that a trace keeps at most.
@@ -336,7 +336,7 @@ fn summary(
         allocations: figures.allocations,
         scheduler_bytes: Scheduler::<Robot>::SIZE - Scheduler::<Robot>::RECORD_SIZE,
         overruns: figures.overruns,
-        failed: figures.failed,
+        failed: figures.failed + figures.hung,
         lanes_lost: figures.lanes_lost,
         notes_dropped: notes.dropped + figures.events_dropped,
         stopped_by: figures.stopped_by,

@@ -55,9 +55,9 @@ pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
     };
     let report = progress::during("simulating", || simulate(&workload, &options))?;
     if args.json {
-        output::json(&report)?
+        output::json(&report)?;
     } else {
-        output::line(&text(&report))?
+        output::line(&text(&report))?;
     }
     Ok(Answer::Yes)
 }

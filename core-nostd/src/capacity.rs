@@ -1,7 +1,7 @@
 //! Capacities: the only place with numbers.
 //!
 //! Everything that the executive stores has its place from the start; [`Caps`] says how many places. Tables
-//! clamp their index, so that an access compiles to a compare and a move instead of a branch to a panic; an
+//! mask or clamp their index, so that an access compiles without a branch to a panic; an
 //! index outside is a bug of this crate, and the debug build stops at it.
 
 use core::ops::{Index, IndexMut};
@@ -43,7 +43,8 @@ impl<T: Empty, const N: usize> Empty for [T; N] {
     const EMPTY: Self = [T::EMPTY; N];
 }
 
-/// An array whose index never panics: it is clamped to the last place.
+/// An array whose index never panics: it is masked where the length is a power of two, else clamped to the last
+/// place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Table<T, const N: usize>([T; N]);
 
@@ -51,21 +52,34 @@ impl<T: Empty, const N: usize> Empty for Table<T, N> {
     const EMPTY: Self = Self([T::EMPTY; N]);
 }
 
+impl<T, const N: usize> Table<T, N> {
+    /// `i`, made one of the places.
+    #[inline(always)]
+    const fn inside(i: usize) -> usize {
+        debug_assert!(i < N, "index inside the capacity");
+        if N.is_power_of_two() {
+            i & (N - 1)
+        } else if i < N {
+            i
+        } else {
+            N - 1
+        }
+    }
+}
+
 impl<T, const N: usize> Index<usize> for Table<T, N> {
     type Output = T;
     #[inline(always)]
     fn index(&self, i: usize) -> &T {
         const { assert!(N >= 1, "a capacity is at least 1") };
-        debug_assert!(i < N, "index inside the capacity");
-        &self.0[if i < N { i } else { N - 1 }]
+        &self.0[Self::inside(i)]
     }
 }
 
 impl<T, const N: usize> IndexMut<usize> for Table<T, N> {
     #[inline(always)]
     fn index_mut(&mut self, i: usize) -> &mut T {
-        debug_assert!(i < N, "index inside the capacity");
-        &mut self.0[if i < N { i } else { N - 1 }]
+        &mut self.0[Self::inside(i)]
     }
 }
 

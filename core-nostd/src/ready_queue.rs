@@ -204,15 +204,14 @@ where
         let len = self.len();
         loop {
             let first = hole * ARITY + 1;
-            let children = self.entries.as_ref().get(first..(first + ARITY).min(len));
-            let Some((child, others)) = children.and_then(<[_]>::split_first) else { break };
-            let (mut least, mut below) = (first, child.key);
-            for (place, other) in (first + 1..).zip(others) {
-                // Which child is least cannot be predicted.
-                let is_less = other.key < below;
-                least = select_unpredictable(is_less, place, least);
-                below = select_unpredictable(is_less, other.key, below);
-            }
+            let at = |place: usize, child: &Entry<K>| (first + place, child.key);
+            let (least, below) = match self.entries.as_ref().get(first..(first + ARITY).min(len)) {
+                Some([a, b, c, d]) => lesser(lesser(at(0, a), at(1, b)), lesser(at(2, c), at(3, d))),
+                Some([a, rest @ ..]) => {
+                    rest.iter().enumerate().fold(at(0, a), |least, (i, child)| lesser(least, at(i + 1, child)))
+                }
+                _ => break,
+            };
             if key <= below {
                 break;
             }
@@ -222,6 +221,13 @@ where
         }
         self.put(hole, key, slot);
     }
+}
+
+/// The one with the smaller key, the first of equals. Which one it is cannot be predicted, so no branch.
+#[inline(always)]
+fn lesser<K: Copy + Ord>(one: (usize, K), other: (usize, K)) -> (usize, K) {
+    let is_less = other.1 < one.1;
+    (select_unpredictable(is_less, other.0, one.0), select_unpredictable(is_less, other.1, one.1))
 }
 
 impl<K, E: Store<Entry<K>>, P: Store<u16>> Default for ReadyQueue<K, E, P>

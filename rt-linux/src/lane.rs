@@ -108,6 +108,9 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
                 let now = Instant::from_nanos(shared.now());
                 let mut since = now.as_nanos();
                 shared.fail_overdue(scheduler, now);
+                if done.is_none() {
+                    shared.take_over(scheduler, self.number);
+                }
                 match done {
                     // `Late` and `Stale` are the end of a unit whose job was given up meanwhile.
                     Some((unit, true)) => drop(scheduler.complete(unit, now)),

@@ -98,7 +98,7 @@ impl<C: Capacity, H, L: Exclusive<Scheduler<C>>> Shared<C, H, L> {
         now_ns().saturating_sub(self.origin_ns)
     }
 
-    /// Fails the units of lanes whose bodies passed their bounds, and brings spares in.
+    /// Fails the units of lanes whose bodies passed their bounds; their lanes start nothing until a spare comes.
     pub(crate) fn fail_overdue(&self, scheduler: &mut Scheduler<C>, now: Instant) {
         for (i, seat) in self.seats.iter().enumerate() {
             // Relaxed first: the flag is hardly ever set.
@@ -106,15 +106,16 @@ impl<C: Capacity, H, L: Exclusive<Scheduler<C>>> Shared<C, H, L> {
                 // Its body may have come back at this very moment; then there is nothing to fail.
                 let _failed = scheduler.fail(seat.running(), now);
                 scheduler.retire_lane(LaneId::new(i as u8));
-                self.lost.fetch_or(1 << i, Ordering::AcqRel);
             }
         }
-        if self.spared.load(Ordering::Relaxed) != 0 {
-            let mut spared = self.spared.swap(0, Ordering::AcqRel);
-            while spared != 0 {
-                scheduler.restore_lane(LaneId::new(spared.trailing_zeros() as u8));
-                spared &= spared - 1;
-            }
+    }
+
+    /// A spare thread takes its lane over.
+    pub(crate) fn take_over(&self, scheduler: &mut Scheduler<C>, lane: usize) {
+        let bit = 1 << lane;
+        if self.spared.load(Ordering::Relaxed) & bit != 0 {
+            self.spared.fetch_and(!bit, Ordering::AcqRel);
+            scheduler.restore_lane(LaneId::new(lane as u8));
         }
     }
 
@@ -342,6 +343,8 @@ where
     let watchdog = Watchdog::start(slots, above, move |lane, _expiry| {
         watched.hung.fetch_add(1, Ordering::Relaxed);
         watched.seats[lane].overdue.store(true, Ordering::Release);
+        // Some lane fails the job; where none is left, the spare does it.
+        watched.lost.fetch_or(1 << lane, Ordering::AcqRel);
         watched.knock();
     });
     let watchdog = watchdog.inspect_err(|_| starter.let_through(Gate::Cancelled))?;
@@ -360,12 +363,11 @@ where
             lost &= lost - 1;
             threads += 1;
             shared.seats[lane].threads.store(threads, Ordering::Release);
-            match starter.start(lane, threads, None) {
-                Ok(()) => {
-                    shared.spared.fetch_or(1 << lane, Ordering::AcqRel);
-                    shared.knock();
-                }
-                Err(_) => lanes_lost += 1,
+            // Before its first turn, which retires the lane for the hung body and then takes it over.
+            shared.spared.fetch_or(1 << lane, Ordering::AcqRel);
+            if starter.start(lane, threads, None).is_err() {
+                shared.spared.fetch_and(!(1 << lane), Ordering::AcqRel);
+                lanes_lost += 1;
             }
         }
         let drained = now >= duration_ns && shared.jobs.load(Ordering::Relaxed) == 0;

@@ -128,8 +128,11 @@ fn outcome(report: Report) -> Found {
         all.into_iter().find(|reason| reason.name() == name).expect("a reason that a simulation gives")
     };
     let sheds = report.sheds.unwrap_or_default().into_iter();
-    let shed = |shed: red_sim::Shed| {
-        ShedRow { at_ns: shed.at_ns, task: shed.task, job: shed.job, reason: reason(shed.reason) }
+    let shed = |shed: red_sim::Shed| ShedRow {
+        at_ns: shed.at_ns,
+        task: shed.task,
+        job: shed.job,
+        reason: reason(shed.reason),
     };
     let mut sheds: Vec<ShedRow> = sheds.map(shed).collect();
     sheds.sort();
@@ -167,9 +170,7 @@ fn first_difference<T: PartialEq + std::fmt::Debug>(
 ) -> Result<(), String> {
     let longest = found.len().max(expected.len());
     match (0..longest).find(|&i| found.get(i) != expected.get(i)) {
-        Some(i) => {
-            Err(format!("{what} {i}:\n core   {:?}\n oracle {:?}", found.get(i), expected.get(i)))
-        }
+        Some(i) => Err(format!("{what} {i}:\n core   {:?}\n oracle {:?}", found.get(i), expected.get(i))),
         None => Ok(()),
     }
 }

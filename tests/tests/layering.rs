@@ -118,6 +118,18 @@ fn loom_violations(sources: &[Source]) -> Vec<String> {
     .collect()
 }
 
+/// Atomics and cells that the model checker would not see.
+fn atomic_violations(sources: &[Source]) -> Vec<String> {
+    let core = sources.iter().filter(|source| source.is_in(CORE) && source.path != LOOM_FILE);
+    core.flat_map(|source| {
+        let lines = ["sync::atomic", "UnsafeCell"].into_iter().flat_map(|word| source.lines_with(word));
+        lines
+            .map(|(line, _)| violation(source, line, "the primitives are those of sync::primitive"))
+            .collect::<Vec<_>>()
+    })
+    .collect()
+}
+
 /// Asserts that a gate is quiet about `clean`, speaks once about each of `planted`, and is quiet about the tree.
 fn hold(gate: fn(&[Source]) -> Vec<String>, clean: &[Source], planted: &[Source]) {
     assert_eq!(gate(clean), Vec::<String>::new(), "the gate speaks about what is right");
@@ -217,4 +229,21 @@ fn only_the_primitives_know_the_model_checker() {
         Source::new("core-nostd/src/lib.rs", "#[cfg(loom)]\npub mod models;"),
     ];
     hold(loom_violations, &clean, &planted);
+}
+
+#[test]
+fn atomics_and_cells_come_from_the_primitives() {
+    let clean = [
+        Source::new(LOOM_FILE, "pub(crate) use core::sync::atomic::AtomicU8;"),
+        Source::new(
+            "core-nostd/src/sync/handler.rs",
+            "use super::primitive::AtomicU8; // not core::sync::atomic",
+        ),
+        Source::new("rt-linux/src/bell.rs", "use std::sync::atomic::AtomicU32;"),
+    ];
+    let planted = [
+        Source::new("core-nostd/src/shared.rs", "use core::sync::atomic::AtomicBool;"),
+        Source::new("core-nostd/src/sync/mailbox.rs", "struct Place(core::cell::UnsafeCell<u8>);"),
+    ];
+    hold(atomic_violations, &clean, &planted);
 }

@@ -4,6 +4,7 @@
 use red_sim::{Execution, Lab, Options, simulate};
 use red_tests::plan as reference;
 use red_tests::rng::{Shape, random_workload};
+use red_workload::Format;
 use red_workload::model::Workload;
 use red_workload::plan::{Guarantee, NodePlan, TaskPlan, plan};
 use red_workload::policy::Policy;
@@ -104,4 +105,40 @@ fn what_is_proved_never_misses() {
         }
     }
     assert!(proved >= 100, "only {proved} random workloads are proved");
+}
+
+/// On two lanes the bound is 22 ms, but `q.encoder`, which would take 1 ms itself, waits 9 ms for the same result.
+const UNEVEN: &str = r#"
+pool = [{ name = "gpu", lanes = 2 }]
+[[task]]
+name = "t"
+deadline = "22ms"
+period = "40ms"
+[[task.node]]
+name = "p"
+mimonet = { weights = "w", frame = "f", encoder = { wcet = "10ms" }, decoders = [{ name = "d", wcet = "1ms" }] }
+[[task.node]]
+name = "x"
+wcet = "1ms"
+[[task.node]]
+name = "q"
+after = ["x"]
+mimonet = { weights = "w", frame = "f", encoder = { wcet = "1ms" }, decoders = [{ name = "d", wcet = "20ms" }] }
+"#;
+
+#[test]
+fn a_wait_for_a_slower_encoder_of_the_same_key_is_not_proved() {
+    let workload = red_workload::parse(UNEVEN.as_bytes(), Format::Toml, "uneven").expect("valid");
+    let plan = plan::<Lab>(&workload).expect("valid");
+    assert_eq!(plan.tasks[0].certificate.base.response_ns, 22_000_000);
+    assert_ne!(plan.admission.guarantee, Guarantee::Analytic);
+    let options = Options {
+        policy: Policy::Redrt,
+        horizon_ns: 40_000_000,
+        seed: 1,
+        execution: Execution::Wcet,
+        preempt: false,
+        schedule: false,
+    };
+    assert_eq!(simulate(&workload, &options).expect("valid").tasks[0].missed, 1);
 }

@@ -116,7 +116,8 @@ pub(crate) fn cargo_deny(workspace: &Workspace) -> Result<Run, Failure> {
     let program = folder.join("bin/cargo-deny");
     let there = workspace.command(&program).args(&["--version"]).output();
     if !there.is_ok_and(|version| version.ends_with(CARGO_DENY)) {
-        let install = ["install", "--debug", "--locked", "--quiet", "cargo-deny", "--version", CARGO_DENY, "--root"];
+        let install =
+            ["install", "--debug", "--locked", "--quiet", "cargo-deny", "--version", CARGO_DENY, "--root"];
         workspace.cargo(&install).args(&[&folder]).stream()?;
     }
     Ok(workspace.command(program))

@@ -1,6 +1,7 @@
 //! A frame released by a thread that is no lane: a request in the mailbox, and a ring for the lane, which spins.
 
 use std::hint;
+use std::sync::Arc;
 use std::time;
 
 use red_core::sync::TicketLock;
@@ -16,7 +17,7 @@ use crate::peers::Setup;
 
 struct Frame<C: Capacity> {
     shared: SharedScheduler<C, TicketLock<Scheduler<C>>, 1, 8>,
-    /// Rung by the releasing thread, and by the lane when the job has ended.
+    /// The count of frames, by the releasing thread when it posted one and by the lane when it has ended.
     bell: Line,
     ended: Line,
     task: TaskId,
@@ -31,11 +32,9 @@ impl<C: Capacity> Frame<C> {
     }
 
     /// The lane: takes what was requested when its bell rang, and runs until the job has ended.
-    fn lane(&self) {
+    fn lane(&self, seen: &mut u64) {
         hint::spin_loop();
-        if self.bell.take().is_none() {
-            return;
-        }
+        let Some(frame) = self.bell.news(seen) else { return };
         let now = self.now();
         let mut action = self.shared.with(|scheduler, requests| {
             while let Some(request) = requests.next() {
@@ -50,15 +49,15 @@ impl<C: Capacity> Frame<C> {
             action = self.shared.with(|scheduler, _| scheduler.complete_and_poll(next.unit, now).unwrap_or(None));
         }
         if action.is_some() {
-            self.ended.store(1);
+            self.ended.store(frame);
         }
     }
 
-    fn once(&self) -> Result<(), NotRun> {
+    fn once(&self, seen: &mut u64) -> Result<(), NotRun> {
         let request = Request { task: self.task, at: self.now(), capture: None };
         let posted = self.shared.producer(0).is_some_and(|post| post.push(request).is_ok());
-        self.bell.store(1);
-        let ended = self.ended.spin(Line::take);
+        self.bell.store(*seen + 1);
+        let ended = self.ended.wait(seen);
         if posted && ended.is_some() { Ok(()) } else { Err(NotRun::lane_gone()) }
     }
 }
@@ -66,7 +65,7 @@ impl<C: Capacity> Frame<C> {
 pub(super) fn build<C: Capacity>(setup: &Setup<'_>) -> Result<Runner, NotRun> {
     let mut scheduler = Scheduler::<C>::new(Config::REDRT);
     let task = admit(&mut scheduler, &dag(setup.graph, |_| PoolId::new(0))?)?;
-    let frame = std::sync::Arc::new(Frame {
+    let frame = Arc::new(Frame {
         shared: SharedScheduler::new(scheduler),
         bell: Line::default(),
         ended: Line::default(),
@@ -76,16 +75,17 @@ pub(super) fn build<C: Capacity>(setup: &Setup<'_>) -> Result<Runner, NotRun> {
         call: setup.body.behind_pointer(),
     });
     let companion = Companion::spawn(setup.machine, {
-        let frame = std::sync::Arc::clone(&frame);
-        move || frame.lane()
+        let (frame, mut seen) = (Arc::clone(&frame), 0);
+        move || frame.lane(&mut seen)
     })?;
+    let mut seen = 0;
     Ok(Box::new(move |runs, samples| {
         let mut ended = Ok(());
         companion.beside(|| {
             fill(samples, || {
                 for _ in 0..runs {
                     if ended.is_ok() {
-                        ended = frame.once();
+                        ended = frame.once(&mut seen);
                     }
                 }
             });

@@ -16,8 +16,9 @@ use crate::machine::Machine;
 use crate::measure::{Runner, fill};
 use crate::not_run::NotRun;
 
-/// What the releasing lane finds on its line when the job has ended.
-const ENDED: u64 = u64::MAX;
+/// What the releasing lane finds on its line when a job has ended, or'ed to the count of jobs. No unit has this
+/// bit, and no word comes twice.
+const ENDED: u64 = 1 << 63;
 
 struct Lanes<C: Capacity> {
     shared: SharedScheduler<C, TicketLock<Scheduler<C>>, 1, 8>,
@@ -41,7 +42,8 @@ impl<C: Capacity> Lanes<C> {
             match next {
                 Action::Dispatch(next) if next.lane.index() == lane => own = Some(next.unit),
                 Action::Dispatch(next) => self.lines[next.lane.index()].store(next.unit.to_bits()),
-                _ => self.lines[0].store(ENDED),
+                Action::Ended(job) => self.lines[0].store(ENDED | job.index),
+                _ => {}
             }
             action = scheduler.poll(now);
         }
@@ -72,15 +74,15 @@ impl<C: Capacity> Lanes<C> {
     }
 
     /// Releases a job from lane 0 and takes part until it ended.
-    fn once(&self) -> Result<(), NotRun> {
+    fn once(&self, seen: &mut u64) -> Result<(), NotRun> {
         let mut own = self.release().map_err(failed)?;
         loop {
             self.run(0, own);
-            match self.lines[0].spin(Line::take) {
-                Some(ENDED) => return Ok(()),
-                Some(unit) => own = Some(UnitId::from_bits(unit)),
-                None => return Err(NotRun::lane_gone()),
+            let word = self.lines[0].wait(seen).ok_or_else(NotRun::lane_gone)?;
+            if word & ENDED != 0 {
+                return Ok(());
             }
+            own = Some(UnitId::from_bits(word));
         }
     }
 }
@@ -101,19 +103,20 @@ pub(super) fn build<C: Capacity>(
         call: body.behind_pointer(),
     });
     let companion = Companion::spawn(machine, {
-        let lanes = Arc::clone(&lanes);
+        let (lanes, mut seen) = (Arc::clone(&lanes), 0);
         move || {
-            lanes.run(1, lanes.lines[1].take().map(UnitId::from_bits));
+            lanes.run(1, lanes.lines[1].news(&mut seen).map(UnitId::from_bits));
             hint::spin_loop();
         }
     })?;
+    let mut seen = 0;
     Ok(Box::new(move |runs, samples| {
         let mut ended = Ok(());
         companion.beside(|| {
             fill(samples, || {
                 for _ in 0..runs {
                     if ended.is_ok() {
-                        ended = lanes.once();
+                        ended = lanes.once(&mut seen);
                     }
                 }
             });

@@ -30,7 +30,9 @@ pub(super) fn build<C: Capacity>(setup: &Setup<'_>, config: Config) -> Result<Ru
                     action = scheduler.complete_and_poll(next.unit, now());
                 }
                 completed &= released.is_ok() && matches!(action, Ok(Some(Action::Ended(job))) if job.on_time());
-                while black_box(scheduler.take_event()).is_some() {}
+                while let Some(event) = scheduler.take_event() {
+                    black_box(&event);
+                }
             }
         });
         if completed { Ok(()) } else { Err(NotRun::Failed("RED left a job undone".to_owned())) }

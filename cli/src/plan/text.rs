@@ -25,11 +25,8 @@ pub(super) fn refusal(plan: &Plan, cures: &[Cure]) -> Vec<String> {
     if plan.admission.fits {
         return Vec::new();
     }
-    let missing = signed(-i128::from(plan.admission.margin_ns));
-    let unit =
-        if plan.admission.binding.starts_with("utilisation") { " of lane time per second" } else { "" };
-    let mut lines =
-        vec![format!("does not fit: {} exceeds its limit by {missing}{unit}", plan.admission.binding)];
+    let missing = of_limit(plan, -i128::from(plan.admission.margin_ns));
+    let mut lines = vec![format!("does not fit: {} exceeds its limit by {missing}", plan.admission.binding)];
     match cures {
         [] => lines.push("no single change of deadlines, periods, lanes or costs makes it fit".to_owned()),
         _ => lines.push("any one of these makes it fit:".to_owned()),
@@ -163,9 +160,16 @@ fn verdict(plan: &Plan) -> String {
     format!(
         "fits: {fits}\nguarantee: {worth}\nbinding: {}, margin {}\nscheduler state: {} bytes",
         admission.binding,
-        signed(admission.margin_ns.into()),
+        of_limit(plan, admission.margin_ns.into()),
         plan.scheduler_bytes,
     )
+}
+
+/// A margin of the binding test, in what the test measures.
+fn of_limit(plan: &Plan, margin_ns: i128) -> String {
+    let unit =
+        if plan.admission.binding.starts_with("utilisation") { " of lane time per second" } else { "" };
+    format!("{}{unit}", signed(margin_ns))
 }
 
 fn memory(bytes: u64) -> String {

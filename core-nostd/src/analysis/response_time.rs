@@ -52,7 +52,7 @@ pub(crate) fn bound_by_levels<C: Capacity>(
     let pools = || (0..C::POOLS).filter(move |p| used >> p & 1 != 0);
     let widest = pools().map(lanes_of).max().unwrap_or(1);
     let mut paths = Peeler::new(dag, levels);
-    let longest = paths.peel(dag, levels);
+    let longest = paths.longest(levels);
     let (bound, response) = if used.count_ones() > 1 {
         let scaled = u128::from(longest) * u128::from(widest - 1) / u128::from(widest);
         let shares = pools().fold(0u64, |sum, p| sum.saturating_add(per_pool[p].div_ceil(lanes_of(p))));
@@ -86,36 +86,42 @@ pub(crate) fn bound_by_levels<C: Capacity>(
     }
 }
 
-/// Takes the longest path again and again; nodes on it cost nothing afterwards.
+/// Takes the longest path away again and again; nodes on it cost nothing afterwards.
 struct Peeler<C: Capacity> {
     cost: C::Nodes<u64>,
-    tail: C::Nodes<u64>,
+    /// Longest path from each node on, itself included.
+    path: C::Nodes<u64>,
 }
 
 impl<C: Capacity> Peeler<C> {
     fn new(dag: &Dag<C>, levels: &Levels<C>) -> Self {
         let mut cost = <C::Nodes<u64>>::EMPTY;
         levels.places().for_each(|i| cost[i] = dag.at(i).cost());
-        Self { cost, tail: Empty::EMPTY }
+        Self { cost, path: *levels.paths() }
     }
 
-    /// Length of the longest path that is left, in nanoseconds. Ties go to the lowest node id.
+    /// Length of the longest path, in nanoseconds.
+    fn longest(&self, levels: &Levels<C>) -> u64 {
+        levels.places().map(|i| self.path[i]).max().unwrap_or(0)
+    }
+
+    /// Takes the longest path away; returns the length of the longest that is left. Ties go to the lowest node
+    /// id.
     fn peel(&mut self, dag: &Dag<C>, levels: &Levels<C>) -> u64 {
-        // tail includes the node itself here: the longest path from it on.
-        for i in levels.places().rev() {
-            let mut longest = 0;
-            dag.out(i).each(|j| longest = longest.max(self.tail[j]));
-            self.tail[i] = self.cost[i] + longest;
-        }
-        let length = levels.places().map(|i| self.tail[i]).max().unwrap_or(0);
-        let mut at = dag.present().iter().find(|i| self.tail[*i] == length);
+        let length = self.longest(levels);
+        let mut at = dag.present().iter().find(|i| self.path[*i] == length);
         // A path visits a node at most once: at most C::NODES rounds.
         while let Some(i) = at {
-            let left = self.tail[i] - self.cost[i];
+            let left = self.path[i] - self.cost[i];
             self.cost[i] = 0;
-            at = dag.out(i).iter().find(|j| self.tail[*j] == left);
+            at = dag.out(i).iter().find(|j| self.path[*j] == left);
         }
-        length
+        for i in levels.places().rev() {
+            let mut after = 0;
+            dag.out(i).each(|j| after = after.max(self.path[j]));
+            self.path[i] = self.cost[i] + after;
+        }
+        self.longest(levels)
     }
 }
 

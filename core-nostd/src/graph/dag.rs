@@ -20,6 +20,8 @@ crate::capacity::stored! {
     pub struct Dag<C: Capacity> {
         nodes: C::Nodes<Node>,
         successors: C::Nodes<NodeSet<C>>,
+        /// Number of predecessors.
+        indegree: C::Nodes<u8>,
         present: NodeSet<C>,
         /// One more than the highest place ever used: new nodes come after all others, so that the tie rule
         /// "by node index" means "by age".
@@ -96,6 +98,7 @@ impl<C: Capacity> Dag<C> {
             return Err(EdgeError::Cycle);
         }
         self.successors[from.index()].insert(to.index());
+        self.indegree[to.index()] += 1;
         Ok(())
     }
 
@@ -105,6 +108,7 @@ impl<C: Capacity> Dag<C> {
             self.contains(from) && self.contains(to) && self.successors[from.index()].contains(to.index());
         if there {
             self.successors[from.index()].remove(to.index());
+            self.indegree[to.index()] -= 1;
         }
         there
     }
@@ -118,6 +122,9 @@ impl<C: Capacity> Dag<C> {
             for i in self.present.iter() {
                 self.successors[i].remove(node.index());
             }
+            self.indegree[node.index()] = 0;
+            let row = core::mem::replace(&mut self.successors[node.index()], NodeSet::EMPTY);
+            row.each(|j| self.indegree[j] -= 1);
         }
         there
     }
@@ -175,6 +182,11 @@ impl<C: Capacity> Dag<C> {
         &self.successors[place]
     }
 
+    /// Number of predecessors of each node.
+    pub(crate) const fn indegree(&self) -> &C::Nodes<u8> {
+        &self.indegree
+    }
+
     /// A graph from nodes in the given places and edges by number in that list.
     pub(crate) fn restore(
         nodes: &C::Nodes<Node>,
@@ -189,7 +201,11 @@ impl<C: Capacity> Dag<C> {
             dag.present.insert(place);
             dag.end = dag.end.max(place as u16 + 1);
             dag.work += nodes[place].cost();
-            successors[i].each(|j| dag.successors[place].insert(usize::from(places[j])));
+            successors[i].each(|j| {
+                let to = usize::from(places[j]);
+                dag.successors[place].insert(to);
+                dag.indegree[to] += 1;
+            });
         }
         dag
     }

@@ -7,7 +7,7 @@ use super::{Dag, NodeSet};
 use crate::capacity::{Capacity, Empty};
 use crate::id::NodeId;
 
-/// Heights of a graph's nodes, and its nodes in topological order.
+/// Heights of a graph's nodes, its nodes in topological order, and the longest path from each of them on.
 ///
 /// ```
 /// use red_core::{Caps, Dag, Levels, Node, Wcet};
@@ -23,7 +23,7 @@ use crate::id::NodeId;
 pub struct Levels<C: Capacity> {
     height: C::Nodes<u8>,
     order: C::Nodes<u8>,
-    indegree: C::Nodes<u8>,
+    path: C::Nodes<u64>,
     len: usize,
     count: usize,
 }
@@ -33,15 +33,14 @@ impl<C: Capacity> Levels<C> {
     #[must_use]
     pub fn of(dag: &Dag<C>) -> Self {
         let mut levels =
-            Self { height: Empty::EMPTY, order: Empty::EMPTY, indegree: Empty::EMPTY, len: 0, count: 0 };
-        dag.present().each(|i| dag.out(i).each(|j| levels.indegree[j] += 1));
+            Self { height: Empty::EMPTY, order: Empty::EMPTY, path: Empty::EMPTY, len: 0, count: 0 };
+        let mut left = *dag.indegree();
         let mut open = NodeSet::<C>::EMPTY;
         dag.present().each(|i| {
-            if levels.indegree[i] == 0 {
+            if left[i] == 0 {
                 open.insert(i);
             }
         });
-        let mut left = levels.indegree;
         // Each round takes one whole level: at most C::NODES rounds, and each edge is looked at once.
         while !open.is_empty() {
             let mut next = NodeSet::EMPTY;
@@ -59,6 +58,12 @@ impl<C: Capacity> Levels<C> {
             });
             levels.count += 1;
             open = next;
+        }
+        for at in (0..levels.len).rev() {
+            let i = usize::from(levels.order[at]);
+            let mut after = 0;
+            dag.out(i).each(|j| after = after.max(levels.path[j]));
+            levels.path[i] = after + dag.at(i).cost();
         }
         levels
     }
@@ -84,7 +89,8 @@ impl<C: Capacity> Levels<C> {
         self.order.as_ref().iter().take(self.len).map(|i| usize::from(*i))
     }
 
-    pub(crate) const fn indegree(&self) -> &C::Nodes<u8> {
-        &self.indegree
+    /// Length of the longest path from each node on, itself included, in nanoseconds.
+    pub(crate) const fn paths(&self) -> &C::Nodes<u64> {
+        &self.path
     }
 }

@@ -112,11 +112,18 @@ impl<C: Capacity> NodeSet<C> {
 
     /// The elements, smallest first.
     pub fn iter(&self) -> impl Iterator<Item = usize> + use<C> {
-        let mut rest = *self;
-        let all = *self;
+        let words = self.0;
+        let (mut w, mut bits) = (0, words[0]);
         core::iter::from_fn(move || {
-            let i = rest.first_in(&all)?;
-            rest.remove(i);
+            while bits == 0 {
+                w += 1;
+                if w >= Self::WORDS {
+                    return None;
+                }
+                bits = words[w];
+            }
+            let i = w * 64 + bits.trailing_zeros() as usize;
+            bits &= bits - 1;
             Some(i)
         })
     }

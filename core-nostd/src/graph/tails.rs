@@ -10,13 +10,8 @@ use crate::capacity::{Capacity, Empty};
 /// Longest path cost after each node, excluding it, in nanoseconds.
 #[must_use]
 pub fn tails<C: Capacity>(dag: &Dag<C>, levels: &Levels<C>) -> C::Nodes<u64> {
-    let (mut tail, mut from) = (<C::Nodes<u64>>::EMPTY, <C::Nodes<u64>>::EMPTY);
-    for i in levels.places().rev() {
-        let mut longest = 0;
-        dag.out(i).each(|j| longest = longest.max(from[j]));
-        tail[i] = longest;
-        from[i] = longest + dag.at(i).cost();
-    }
+    let mut tail = <C::Nodes<u64>>::EMPTY;
+    levels.places().for_each(|i| tail[i] = levels.paths()[i] - dag.at(i).cost());
     tail
 }
 
@@ -45,6 +40,5 @@ pub fn heads<C: Capacity>(dag: &Dag<C>, levels: &Levels<C>) -> C::Nodes<u64> {
 /// ```
 #[must_use]
 pub fn critical_path<C: Capacity>(dag: &Dag<C>, levels: &Levels<C>) -> u64 {
-    let tail = tails(dag, levels);
-    levels.places().map(|i| dag.at(i).cost() + tail[i]).max().unwrap_or(0)
+    dag.present().iter().map(|i| levels.paths()[i]).max().unwrap_or(0)
 }

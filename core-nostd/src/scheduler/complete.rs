@@ -7,8 +7,9 @@ use super::event::EventKind;
 use crate::capacity::{Capacity, Empty};
 use crate::config::Gate;
 use crate::graph::NodeSet;
-use crate::id::UnitId;
+use crate::id::{NodeId, UnitId};
 use crate::time::Instant;
+use core::hint::cold_path;
 
 crate::error::errors! {
     /// A report was refused.
@@ -28,7 +29,7 @@ impl<C: Capacity> Scheduler<C> {
     ///
     /// # Errors
     /// [`CompleteError`].
-    #[inline]
+    #[inline(always)]
     pub fn complete(&mut self, unit: UnitId, now: Instant) -> Result<(), CompleteError> {
         self.advance(now);
         let lane = unit.lane().index();
@@ -37,11 +38,12 @@ impl<C: Capacity> Scheduler<C> {
         }
         let l = &self.lanes[lane];
         let (slot, rank) = (usize::from(l.slot), usize::from(l.rank));
-        if l.merged || l.is_encoder {
+        if l.merged | l.is_encoder {
+            cold_path();
             return self.complete_shared(lane);
         }
         self.free(lane);
-        self.done(slot, rank, lane);
+        self.done(slot, rank, unit.node(), lane);
         self.changed(slot);
         Ok(())
     }
@@ -80,10 +82,10 @@ impl<C: Capacity> Scheduler<C> {
 
     /// One running sub-job is done: its successors may become ready, its job may end.
     #[inline(always)]
-    pub(super) fn done(&mut self, slot: usize, rank: usize, lane: usize) {
-        self.note(EventKind::Completed, slot, rank, lane);
+    pub(super) fn done(&mut self, slot: usize, rank: usize, node: NodeId, lane: usize) {
+        self.note_node(EventKind::Completed, slot, node, lane);
         if self.observes {
-            self.observe(slot, rank, lane);
+            self.observe(slot, node, lane);
         }
         self.jobs[slot].running.remove(rank);
         self.settle_node(slot, rank);
@@ -113,9 +115,11 @@ impl<C: Capacity> Scheduler<C> {
         });
         let is_last = job.left == 0;
         if !version.is_plain {
+            cold_path();
             return self.settle_special(slot, rank, is_last);
         }
         if is_last {
+            cold_path();
             self.end_job(slot, None);
         }
         false
@@ -157,18 +161,17 @@ impl<C: Capacity> Scheduler<C> {
 
     /// Takes a sample of an execution alone, and counts an overrun.
     #[inline(always)]
-    fn observe(&mut self, slot: usize, rank: usize, lane: usize) {
+    fn observe(&mut self, slot: usize, node: NodeId, lane: usize) {
         let executed = self.executed_on(lane);
-        let job = &self.jobs[slot];
-        let task = &mut self.tasks[usize::from(job.task)];
-        let place = usize::from(task.versions[usize::from(job.version)].order[rank]);
-        let estimate = &mut task.estimates[place];
-        estimate.push(executed);
-        if executed > task.nodes[place].wcet.get() {
+        let task = &mut self.tasks[usize::from(self.jobs[slot].task)];
+        task.estimates[node.index()].push(executed);
+        if executed > task.nodes[node.index()].wcet.get() {
+            cold_path();
             self.counters.overruns += 1;
-            self.note(EventKind::Overran, slot, rank, lane);
+            self.note_node(EventKind::Overran, slot, node, lane);
         }
         if self.monitor.behind != 0 {
+            cold_path();
             // A shorter window minimum may have left: what was safe by it is looked at again.
             self.alarm = Instant::ZERO;
         }

@@ -7,6 +7,7 @@ use crate::id::{LaneId, UnitId};
 use crate::scheduler::complete::CompleteError;
 use crate::time::Instant;
 use core::convert::identity;
+use core::hint::cold_path;
 
 impl<C: Capacity> Scheduler<C> {
     /// The next thing to do, or `None` until something happens or `poll_at` comes. Never blocks; between two
@@ -31,9 +32,11 @@ impl<C: Capacity> Scheduler<C> {
     /// `complete` and the first `poll` in one, for a lane that asks for its own next unit: that lane is
     /// preferred, so a chain stays where its data is.
     ///
+    /// Always inlined: a host calls it in one place, in the loop of its lanes.
+    ///
     /// # Errors
     /// As `complete`; nothing was polled then.
-    #[inline]
+    #[inline(always)]
     pub fn complete_and_poll(&mut self, unit: UnitId, now: Instant) -> Result<Option<Action>, CompleteError> {
         self.complete(unit, now)?;
         let now = self.now;
@@ -44,9 +47,11 @@ impl<C: Capacity> Scheduler<C> {
     #[inline(always)]
     fn next<R>(&mut self, now: Instant, prefer: u32, answer: impl Fn(Option<Action>) -> R) -> R {
         if now >= self.alarm {
+            cold_path();
             self.monitor_and_shed();
         }
         if self.ended != 0 {
+            cold_path();
             return answer(self.take_outcome().map(Action::Ended));
         }
         // Each round starts a unit or closes a pool until the next event: at most LANES + POOLS rounds.
@@ -57,10 +62,11 @@ impl<C: Capacity> Scheduler<C> {
                 if let Some(unit) = self.fill(pool, free, prefer) {
                     return answer(Some(Action::Dispatch(Dispatch { unit, lane: unit.lane() })));
                 }
-            } else if self.config.preempt
-                && let Some(action) = self.preempt(pool)
-            {
-                return answer(Some(action));
+            } else if self.config.preempt {
+                cold_path();
+                if let Some(action) = self.preempt(pool) {
+                    return answer(Some(action));
+                }
             }
             self.active &= !(1 << pool);
         }
@@ -88,10 +94,12 @@ impl<C: Capacity> Scheduler<C> {
         let wanted = free & prefer;
         let lane = if wanted != 0 { wanted.trailing_zeros() } else { free.trailing_zeros() } as usize;
         let version = self.version(slot);
-        let has_role =
-            version.has_roles && (version.encoders.contains(rank) || version.decoders.contains(rank));
-        if has_role || self.pools[pool].limited {
-            return self.start_with_care(pool, slot, rank, lane);
+        if !version.is_plain || self.pools[pool].limited {
+            cold_path();
+            let has_role = version.encoders.contains(rank) || version.decoders.contains(rank);
+            if has_role || self.pools[pool].limited {
+                return self.start_with_care(pool, slot, rank, lane);
+            }
         }
         Some(self.start(slot, rank, lane))
     }
@@ -104,6 +112,7 @@ impl<C: Capacity> Scheduler<C> {
         if p.queue.is_empty() {
             return current.checked_sub(1);
         }
+        cold_path();
         self.pick_among(pool)
     }
 

@@ -100,18 +100,20 @@ impl<C: Capacity> Scheduler<C> {
     #[inline(always)]
     pub(super) fn note(&mut self, kind: EventKind, slot: usize, rank: usize, lane: usize) {
         if C::EVENTS > 0 {
+            let node = NodeId::new(self.version(slot).order[rank]);
+            self.note_node(kind, slot, node, lane);
+        }
+    }
+
+    /// Records an event of a sub-job whose node is known.
+    #[inline(always)]
+    pub(super) fn note_node(&mut self, kind: EventKind, slot: usize, node: NodeId, lane: usize) {
+        if C::EVENTS > 0 {
             let job = &self.jobs[slot];
-            let task = &self.tasks[usize::from(job.task)];
-            let node = task.versions[usize::from(job.version)].order[rank];
-            let (job, task) = (job.index(), TaskId::new(usize::from(job.task), task.generation));
-            self.record.push(Event {
-                at: self.now,
-                job,
-                kind,
-                task,
-                node: NodeId::new(node),
-                lane: LaneId::new(lane as u8),
-            });
+            let task = usize::from(job.task);
+            let (job, task) = (job.index(), TaskId::new(task, self.tasks[task].generation));
+            let lane = LaneId::new(lane as u8);
+            self.record.push(Event { at: self.now, job, kind, task, node, lane });
         }
     }
 

@@ -10,6 +10,7 @@ use crate::id::{JobId, TaskId};
 use crate::policy::frame_cache::CaptureSource;
 use crate::ready_queue::Rank;
 use crate::time::Instant;
+use core::hint::cold_path;
 
 crate::capacity::stored! {
     #[derive(Clone, Copy, Debug)]
@@ -81,7 +82,7 @@ impl<C: Capacity> Scheduler<C> {
     #[inline(always)]
     pub(super) fn version(&self, slot: usize) -> &Version<C> {
         let job = &self.jobs[slot];
-        &self.tasks[usize::from(job.task)].versions[usize::from(job.version)]
+        self.tasks[usize::from(job.task)].version_of(job)
     }
 
     /// The node behind a rank of a job.
@@ -124,6 +125,7 @@ impl<C: Capacity> Scheduler<C> {
     fn requeue_in(&mut self, slot: usize, pool: usize) {
         self.activate(pool);
         if usize::from(self.pools[pool].current) != slot + 1 {
+            cold_path();
             self.requeue_other(slot, pool);
         }
     }
@@ -149,6 +151,7 @@ impl<C: Capacity> Scheduler<C> {
     }
 
     /// Ends a job: completed (`None`) or given up. Its slot is free once the host took the outcome.
+    #[inline(never)]
     pub(super) fn end_job(&mut self, slot: usize, shed: Option<ShedReason>) {
         let (task, index) = (usize::from(self.jobs[slot].task), self.jobs[slot].index());
         self.note_task(shed.map_or(EventKind::Ended, EventKind::Shed), task, index);

@@ -55,6 +55,7 @@ use crate::capacity::{Capacity, Empty};
 use crate::config::{Config, Reassign};
 use crate::policy::frame_cache::Output;
 use crate::time::{Duration, Instant};
+use core::hint::cold_path;
 use event::Record;
 use jobs::Job;
 use monitor::Monitor;
@@ -98,6 +99,7 @@ crate::capacity::stored! {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     #[derive(Debug)]
+    #[repr(C)] // What every call touches lies together, in this order.
     pub struct Scheduler<C: Capacity> {
         config: Config,
         /// Latest time seen; time never goes back.
@@ -185,6 +187,7 @@ impl<C: Capacity> Scheduler<C> {
             return self.enter_tick(now);
         }
         if now < self.now {
+            cold_path();
             self.counters.clock_steps_back += 1;
             return self.now;
         }

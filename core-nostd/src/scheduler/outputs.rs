@@ -8,7 +8,7 @@ use super::event::EventKind;
 use crate::capacity::{Capacity, Empty};
 use crate::config::Gate;
 use crate::graph::{NodeSet, Role};
-use crate::id::UnitId;
+use crate::id::{NodeId, UnitId};
 use crate::policy::frame_cache::{CaptureSource, FrameKey, Output, OutputState};
 
 impl<C: Capacity> Scheduler<C> {
@@ -91,7 +91,8 @@ impl<C: Capacity> Scheduler<C> {
                     self.jobs[slot].running.remove(rank);
                     self.settle_node(slot, rank);
                 } else {
-                    self.done(slot, rank, lane);
+                    let node = NodeId::new(self.version(slot).order[rank]);
+                    self.done(slot, rank, node, lane);
                 }
                 first = false;
             }

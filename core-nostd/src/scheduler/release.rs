@@ -9,6 +9,7 @@ use crate::id::{JobId, TaskId};
 use crate::policy::frame_cache::CaptureSource;
 use crate::ready_queue::Rank;
 use crate::time::Instant;
+use core::hint::cold_path;
 
 crate::error::errors! {
     /// A release was refused. Nothing changed; the host counts the job as shed with the reason `full` where that
@@ -108,6 +109,7 @@ impl<C: Capacity> Scheduler<C> {
     #[inline(always)]
     pub(super) fn changed(&mut self, slot: usize) {
         if self.residual {
+            cold_path();
             if self.reassigns {
                 self.stale_keys = true;
             } else {

@@ -2,6 +2,7 @@
 
 use super::Scheduler;
 use super::action::ShedReason;
+use super::jobs::Job;
 use super::version::Version;
 use crate::analysis::response_time::bound_by_levels;
 use crate::analysis::{Certificate, Demand};
@@ -238,6 +239,13 @@ impl<C: Capacity> Scheduler<C> {
 }
 
 impl<C: Capacity> Task<C> {
+    /// The version that a job of this task has.
+    #[inline(always)]
+    pub(super) fn version_of(&self, job: &Job<C>) -> &Version<C> {
+        let [first, second] = &self.versions;
+        if job.version == 0 { first } else { second }
+    }
+
     /// Takes the data of `dag`'s nodes; nodes that were here already keep their samples.
     pub(super) fn install(&mut self, dag: &Dag<C>) {
         let other = self.versions[1 - usize::from(self.current)].nodes();

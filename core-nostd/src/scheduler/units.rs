@@ -6,6 +6,7 @@ use super::event::EventKind;
 use crate::capacity::{Capacity, Empty};
 use crate::id::{JobId, LaneId, NodeId, PoolId, TaskId, UnitId};
 use crate::time::{Duration, Instant};
+use core::hint::cold_path;
 
 crate::capacity::stored! {
     /// What runs on a lane.
@@ -144,6 +145,7 @@ impl<C: Capacity> Scheduler<C> {
         job.started = true;
         self.stale_keys = self.reassigns;
         if self.config.preempt {
+            cold_path();
             self.lanes[lane].carried = self.resume(slot, rank);
         }
         self.units += 1;
@@ -156,7 +158,7 @@ impl<C: Capacity> Scheduler<C> {
         l.rank = rank as u8;
         l.output = 0;
         self.pools[usize::from(l.pool)].free &= !(1 << lane);
-        self.note(EventKind::Started, slot, rank, lane);
+        self.note_node(EventKind::Started, slot, NodeId::new(node), lane);
         crate::fmt::trace!("start {} on {}", unit, lane);
         unit
     }
@@ -198,6 +200,7 @@ impl<C: Capacity> Scheduler<C> {
         // With one lane the whole word is stored, as in `activate`.
         self.pools[pool].free = if C::LANES == 1 { 1 } else { self.pools[pool].free | 1 << lane };
         if self.pools[pool].limited {
+            cold_path();
             self.pools[pool].used -= l.memory;
             l.memory = 0;
         }

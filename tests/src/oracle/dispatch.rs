@@ -48,11 +48,7 @@ impl Sim<'_> {
             if self.queue(pool).is_empty() {
                 return;
             }
-            if self.policy.reassigns() {
-                for job in &mut self.jobs {
-                    keys::reassign(job, now);
-                }
-            }
+            self.reassign(now);
             if let Some(pick) = self.pick(pool) {
                 if let Some(head) = pick.overtakes {
                     self.note_overtaking(head);
@@ -64,6 +60,15 @@ impl Sim<'_> {
                 self.shed(now, false);
             } else {
                 return;
+            }
+        }
+    }
+
+    /// Keys of this instant, under the policies that re-assign.
+    pub(super) fn reassign(&mut self, now: u64) {
+        if self.policy.reassigns() {
+            for job in &mut self.jobs {
+                keys::reassign(job, now);
             }
         }
     }

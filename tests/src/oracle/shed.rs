@@ -63,7 +63,8 @@ impl Sim<'_> {
     /// it may cost nothing, and alone it takes its own cost less what ran.
     fn best_path(&self, job: &Job, now: u64) -> i128 {
         let elsewhere = |node: usize| {
-            let waits = job.graph.nodes[node].role == Role::Encoder && matches!(job.state[node], State::Waiting);
+            let waits =
+                job.graph.nodes[node].role == Role::Encoder && matches!(job.state[node], State::Waiting);
             let key = job.frames[node].as_ref().filter(|key| waits && !self.is_cached(key))?;
             self.running_since(key).map(|start| job.graph.nodes[node].wcet_ns.saturating_sub(now - start))
         };
@@ -102,6 +103,7 @@ impl Sim<'_> {
 
     /// RED: drops the jobs of the queued sub-jobs of lowest urgency, at least one, until no queue is too long.
     fn drop_least_urgent(&mut self, now: u64) {
+        self.reassign(now);
         loop {
             let candidates = self.jobs.iter().filter(|job| self.floor_allows(job));
             let queued = candidates.flat_map(|job| {

@@ -4,8 +4,8 @@ use std::collections::HashSet;
 
 use proptest::prelude::*;
 use red_core::{
-    Action, Caps, CompleteError, Config, Dag, Duration, Frame, Instant, Late, Node, NodeId,
-    ReleaseError, Scheduler, Shed, TaskId, Timing, UnitId, Wcet,
+    Action, Caps, CompleteError, Config, Dag, Duration, Frame, Instant, Late, Node, NodeId, ReleaseError,
+    Scheduler, Shed, TaskId, Timing, UnitId, Wcet,
 };
 
 use crate::cases;
@@ -71,7 +71,10 @@ impl Twins {
     }
 
     /// Calls both, the raw one at a time that may be before the last.
-    fn call<T: PartialEq + std::fmt::Debug>(&mut self, mut f: impl FnMut(&mut Scheduler<Small>, Instant) -> T) -> T {
+    fn call<T: PartialEq + std::fmt::Debug>(
+        &mut self,
+        mut f: impl FnMut(&mut Scheduler<Small>, Instant) -> T,
+    ) -> T {
         let raw = f(&mut self.raw, Instant::from_nanos(self.now.as_nanos().saturating_sub(self.back)));
         let held = f(&mut self.held, self.now);
         assert_eq!(raw, held, "a clock that stepped back made a difference");

@@ -11,7 +11,9 @@ const MEMORY: u64 = 128;
 /// Whether some window of `k` consecutive jobs lost more than `k - m`.
 pub(crate) fn is_violated(dropped: &[u64], m: u32, k: u32) -> bool {
     let (k, spare) = (u64::from(k), (k - m) as usize);
-    dropped.iter().any(|first| dropped.iter().filter(|job| (*first..*first + k).contains(job)).count() > spare)
+    dropped
+        .iter()
+        .any(|first| dropped.iter().filter(|job| (*first..*first + k).contains(job)).count() > spare)
 }
 
 proptest! {

@@ -47,7 +47,8 @@ fn reaches(edges: &[(u8, u8)], from: u8, to: u8) -> bool {
     let mut reached = vec![from];
     let mut next = 0;
     while next < reached.len() {
-        let fresh = edges.iter().filter(|(a, b)| *a == reached[next] && !reached.contains(b)).map(|(_, b)| *b);
+        let fresh =
+            edges.iter().filter(|(a, b)| *a == reached[next] && !reached.contains(b)).map(|(_, b)| *b);
         let fresh: Vec<u8> = fresh.collect();
         reached.extend(fresh);
         next += 1;

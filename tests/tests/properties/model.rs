@@ -3,7 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use red_core::{
-    Action, Dag, Dispatch, Event, EventKind, Levels, Node, NodeId, Outcome, Role, Scheduler, ShedReason, UnitId, tails,
+    Action, Dag, Dispatch, Event, EventKind, Levels, Node, NodeId, Outcome, Role, Scheduler, ShedReason,
+    UnitId, tails,
 };
 use red_sim::Lab;
 use red_workload::model::Workload;
@@ -54,7 +55,8 @@ impl<'a> Model<'a> {
                 periods.push(sensor.period_ns);
             }
         }
-        let (jobs, lanes, dropped) = (BTreeMap::new(), BTreeMap::new(), vec![Vec::new(); workload.tasks.len()]);
+        let (jobs, lanes, dropped) =
+            (BTreeMap::new(), BTreeMap::new(), vec![Vec::new(); workload.tasks.len()]);
         Self { workload, periods, jobs, lanes, dropped, dispatches: 0, merges: 0 }
     }
 
@@ -155,7 +157,8 @@ impl<'a> Model<'a> {
     fn check_memory(&self, scheduler: &Scheduler<Lab>) {
         for (pool, limits) in self.workload.pools.iter().enumerate() {
             let Some(budget) = limits.memory_bytes else { continue };
-            let running: u64 = self.lanes.values().filter(|lane| lane.pool == pool).map(|lane| lane.bytes).sum();
+            let running: u64 =
+                self.lanes.values().filter(|lane| lane.pool == pool).map(|lane| lane.bytes).sum();
             let used = scheduler.memory_used(red_core::PoolId::new(pool as u8)).0;
             assert!(running <= used && used <= budget, "running {running}, used {used}, budget {budget}");
         }
@@ -165,7 +168,11 @@ impl<'a> Model<'a> {
     pub(crate) fn finish(&self, scheduler: &Scheduler<Lab>) {
         assert!(self.jobs.is_empty() && self.lanes.is_empty(), "something never ended");
         for pool in 0..self.workload.pools.len() {
-            assert_eq!(scheduler.memory_used(red_core::PoolId::new(pool as u8)).0, 0, "memory of pool {pool}");
+            assert_eq!(
+                scheduler.memory_used(red_core::PoolId::new(pool as u8)).0,
+                0,
+                "memory of pool {pool}"
+            );
         }
         for (task, dropped) in self.workload.tasks.iter().zip(&self.dropped) {
             let broken = task.floor.is_some_and(|(m, k)| floors::is_violated(dropped, m, k));
@@ -180,7 +187,8 @@ impl Job {
     }
 
     fn is_ready(&self, node: usize) -> bool {
-        let ended = |other: NodeId| !self.dag.successors(other).contains(node) || self.done.contains(&other.index());
+        let ended =
+            |other: NodeId| !self.dag.successors(other).contains(node) || self.done.contains(&other.index());
         !self.running.contains(&node) && !self.done.contains(&node) && self.dag.nodes().all(ended)
     }
 
@@ -230,17 +238,26 @@ impl Watch for Model<'_> {
     }
 
     fn quiet(&mut self, scheduler: &Scheduler<Lab>, now: u64) {
-        for (pool, limits) in self.workload.pools.iter().enumerate().filter(|(pool, _)| !self.is_limited(*pool)) {
+        for (pool, limits) in
+            self.workload.pools.iter().enumerate().filter(|(pool, _)| !self.is_limited(*pool))
+        {
             let busy = self.lanes.values().filter(|lane| lane.pool == pool).count();
-            let mut waiting = self.ready().filter(|n| self.jobs[&(n.0, n.1)].node(n.2).pool().index() == pool);
+            let mut waiting =
+                self.ready().filter(|n| self.jobs[&(n.0, n.1)].node(n.2).pool().index() == pool);
             let idle = busy < limits.lanes as usize;
-            assert!(!idle || waiting.next().is_none(), "a lane of pool {pool} idles at {now} ns while a node waits");
+            assert!(
+                !idle || waiting.next().is_none(),
+                "a lane of pool {pool} idles at {now} ns while a node waits"
+            );
         }
         assert_eq!(scheduler.running_units(), self.lanes.len());
         assert_eq!(scheduler.jobs_in_flight(), self.jobs.len());
     }
 
     fn ended(&mut self, outcome: &Outcome) {
-        assert!(!self.jobs.contains_key(&(outcome.task.index(), outcome.index)), "{outcome:?} is still in flight");
+        assert!(
+            !self.jobs.contains_key(&(outcome.task.index(), outcome.index)),
+            "{outcome:?} is still in flight"
+        );
     }
 }

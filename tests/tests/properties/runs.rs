@@ -2,7 +2,8 @@
 
 use proptest::prelude::*;
 use red_core::{
-    Action, Caps, Config, Dag, DeadlineRule, Duration, Frame, Gate, Instant, Node, NodeId, Scheduler, Timing, Wcet,
+    Action, Caps, Config, Dag, DeadlineRule, Duration, Frame, Gate, Instant, Node, NodeId, Scheduler, Timing,
+    Wcet,
 };
 use red_tests::rng::{Shape, random_workload};
 use red_workload::model::{Part, Work, Workload};
@@ -135,7 +136,9 @@ fn a_merged_unit_is_no_sample_of_a_member_that_costs_less() {
         dag.add_edge(encoder, decoder).unwrap();
         scheduler.add_task(&dag, Timing::new(Duration::from_millis(50 + cost))).unwrap()
     });
-    tasks.map(|task| scheduler.release_at(task, Instant::ZERO, Some(1), Instant::ZERO).unwrap());
+    for task in tasks {
+        scheduler.release_at(task, Instant::ZERO, Some(1), Instant::ZERO).unwrap();
+    }
     let Some(Action::Dispatch(started)) = scheduler.poll(Instant::ZERO) else { panic!("an encoder starts") };
     assert_eq!(scheduler.members(started.unit).count(), 2);
     scheduler.complete(started.unit, Instant::from_nanos(5_000_000)).unwrap();

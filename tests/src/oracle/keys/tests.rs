@@ -14,6 +14,7 @@ fn chain_job() -> Job {
         version: 0,
         heights: graph.heights(|_| true),
         state: vec![State::Waiting; 3],
+        started: false,
         keys: at_release(Policy::RedIda, &graph, 0, 120 * MS),
         latest_finish: vec![0; 3],
         frames: vec![None; 3],
