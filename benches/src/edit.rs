@@ -45,7 +45,8 @@ fn commit(dag: &Dag<Edited>) -> Result<Runner, NotRun> {
         for sample in samples {
             let mut spent = Duration::ZERO;
             for _ in 0..runs {
-                let edit = scheduler.edit(task).ok_or_else(|| NotRun::Failed("RED lost a task".to_owned()))?;
+                let edit =
+                    scheduler.edit(task).ok_or_else(|| NotRun::Failed("RED lost a task".to_owned()))?;
                 let start = Clock::now();
                 let proof = scheduler.commit(&edit, Instant::ZERO).map_err(ours::failed)?;
                 spent += start.elapsed();

@@ -172,7 +172,8 @@ fn queue(bench: &Bench) -> Outcome {
 fn state(_: &Bench) -> Outcome {
     type Paper = Caps<4, 16, 16>;
     type Shared = SharedScheduler<Paper, TicketLock<Scheduler<Paper>>, 1, 8>;
-    let row = |name: &str, ours, bytes: usize| Row { name: name.to_owned(), ours, rounds: Ok(vec![bytes as f64]) };
+    let row =
+        |name: &str, ours, bytes: usize| Row { name: name.to_owned(), ours, rounds: Ok(vec![bytes as f64]) };
     let used = size_of::<Shared>() - Scheduler::<Paper>::RECORD_SIZE;
     Table {
         title: "state for the workload of the paper, record apart".to_owned(),

@@ -56,7 +56,8 @@ pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
     let lanes = scene::lanes()?;
     let plan = scene::plan(&costs, lanes, args.duration);
     output::note(&plan.explained);
-    let workload = red_workload::parse(plan.file.as_bytes(), red_workload::Format::Toml, "the demo's workload")?;
+    let workload =
+        red_workload::parse(plan.file.as_bytes(), red_workload::Format::Toml, "the demo's workload")?;
     let mut sessions = Vec::new();
     for policy in POLICIES {
         let options = Options {
@@ -75,8 +76,12 @@ pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
         }
     }
     let mut traces = Vec::new();
-    fs::create_dir_all(&args.out)
-        .map_err(|e| Failure::Machine(format!("cannot make the folder {}: {e}; choose another with --out", args.out.display())))?;
+    fs::create_dir_all(&args.out).map_err(|e| {
+        Failure::Machine(format!(
+            "cannot make the folder {}: {e}; choose another with --out",
+            args.out.display()
+        ))
+    })?;
     for session in &sessions {
         let path = args.out.join(format!("{}.trace.json", session.summary.report.policy));
         write_trace(&path, &workload, session)?;
@@ -119,5 +124,8 @@ fn text(sessions: &[Session], traces: &[PathBuf]) -> String {
     row("page faults while running", &|run| run.page_faults.to_string());
     row("lanes", &|run| if run.realtime { "real time" } else { "BEST EFFORT" }.to_owned());
     let traces: Vec<String> = traces.iter().map(|path| format!("trace: {}", path.display())).collect();
-    format!("{table}\n\n{}\nOpen a trace in ui.perfetto.dev: lanes are rows, arrows are edges of the graph.", traces.join("\n"))
+    format!(
+        "{table}\n\n{}\nOpen a trace in ui.perfetto.dev: lanes are rows, arrows are edges of the graph.",
+        traces.join("\n")
+    )
 }

@@ -27,10 +27,24 @@ pub(crate) struct View {
 
 impl View {
     /// A view of a run of `duration_ns`, titled by its policy.
-    pub(crate) fn new(title: &str, duration_ns: u64, obstacle_ns: Option<(u64, u64)>, lanes: Vec<String>) -> Self {
+    pub(crate) fn new(
+        title: &str,
+        duration_ns: u64,
+        obstacle_ns: Option<(u64, u64)>,
+        lanes: Vec<String>,
+    ) -> Self {
         let terminal = io::stderr().is_terminal();
         let title = title.to_owned();
-        Self { title, duration_ns, obstacle_ns, names: Vec::new(), lanes, terminal, drawn: 0, next_plain_ns: PLAIN_NS }
+        Self {
+            title,
+            duration_ns,
+            obstacle_ns,
+            names: Vec::new(),
+            lanes,
+            terminal,
+            drawn: 0,
+            next_plain_ns: PLAIN_NS,
+        }
     }
 
     /// Names for what lanes run.
@@ -54,7 +68,8 @@ impl View {
         let _infallible = writeln!(block, "\x1b[K{}", self.counters(now_ns, live));
         let _infallible = writeln!(block, "\x1b[K  {}", self.bar(now_ns));
         for (title, lane) in self.lanes.iter().zip(&live.lanes) {
-            let _infallible = writeln!(block, "\x1b[K  {title:<12} {}", self.node(lane.load(Ordering::Relaxed)));
+            let _infallible =
+                writeln!(block, "\x1b[K  {title:<12} {}", self.node(lane.load(Ordering::Relaxed)));
         }
         self.drawn = 2 + self.lanes.len();
         tell(&block);

@@ -34,7 +34,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Room for every workload file.
-type Room = red_core::Caps<16, 256, 64, 32, 32, 4, 4096>;
+use crate::session::Robot as Room;
 
 /// Measures the bodies of a workload on this machine and writes the times into a copy of its file.
 #[derive(clap::Args)]

@@ -87,7 +87,8 @@ impl From<SessionError> for Failure {
 pub(crate) fn watch(workload: &Workload, options: &Options<'_>) -> Result<Session, Failure> {
     let lanes = workload.pools.iter().flat_map(|p| (0..p.lanes).map(move |i| format!("{} lane {i}", p.name)));
     let title = options.policy.name().to_uppercase();
-    let view = std::cell::RefCell::new(View::new(&title, options.duration_ns, options.obstacle_ns, lanes.collect()));
+    let view =
+        std::cell::RefCell::new(View::new(&title, options.duration_ns, options.obstacle_ns, lanes.collect()));
     let session = session::execute(
         workload,
         options,
@@ -112,7 +113,8 @@ fn told(mode: &Mode, why: Option<&SetupError>) {
 
 /// Writes a run's trace.
 pub(crate) fn write_trace(path: &Path, workload: &Workload, session: &Session) -> Result<(), Failure> {
-    let failed = |e: std::io::Error| Failure::Machine(format!("cannot write the trace to {}: {e}", path.display()));
+    let failed =
+        |e: std::io::Error| Failure::Machine(format!("cannot write the trace to {}: {e}", path.display()));
     let trace = Trace {
         policy: session.summary.report.policy,
         tasks: workload.tasks.iter().map(|t| t.name.as_str()).collect(),

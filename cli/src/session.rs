@@ -81,7 +81,10 @@ impl fmt::Display for SessionError {
             Self::Bodies(e) => e.fmt(f),
             Self::Machine(e) => e.fmt(f),
             Self::Cuda(pool) => {
-                write!(f, "pool `{pool}` is of kind cuda, and this build has no CUDA lanes; run it on the CPU: kind = \"cpu\"")
+                write!(
+                    f,
+                    "pool `{pool}` is of kind cuda, and this build has no CUDA lanes; run it on the CPU: kind = \"cpu\""
+                )
             }
         }
     }
@@ -232,7 +235,11 @@ pub(crate) fn execute(
 }
 
 /// Real time where the machine grants it; best effort where it does not and that was asked for.
-fn mode(workload: &Workload, lanes: usize, best_effort: bool) -> Result<(Mode, Option<SetupError>), SetupError> {
+fn mode(
+    workload: &Workload,
+    lanes: usize,
+    best_effort: bool,
+) -> Result<(Mode, Option<SetupError>), SetupError> {
     let granted = place(workload, lanes).and_then(|cpus| {
         let probe = red_rt::setup::Fifo { priority: PRIORITY, cpu: cpus.first().copied().unwrap_or(0) };
         // Asked for on a thread of its own, so that this one stays as it is.
@@ -270,7 +277,9 @@ fn releases(workload: &Workload, tasks: &[TaskId]) -> Vec<Releases> {
 fn jobs_of(arrival: &Arrival, duration_ns: u64) -> usize {
     const MOST: u64 = 4_000_000;
     let jobs = match arrival {
-        Arrival::Periodic { period_ns: t } | Arrival::Sporadic { min_interarrival_ns: t } => duration_ns / t.max(&1) + 2,
+        Arrival::Periodic { period_ns: t } | Arrival::Sporadic { min_interarrival_ns: t } => {
+            duration_ns / t.max(&1) + 2
+        }
         Arrival::Once => 1,
     };
     usize::try_from(jobs.min(MOST)).unwrap_or(0)
@@ -279,7 +288,8 @@ fn jobs_of(arrival: &Arrival, duration_ns: u64) -> usize {
 fn all_edges(plan: &build::Plan<Robot>) -> Vec<Vec<(usize, usize)>> {
     let mut edges: Vec<Vec<(usize, usize)>> = Vec::new();
     for dag in &plan.dags {
-        let of_node = |from: red_core::NodeId| dag.successors(from).iter().map(move |to| (from.index(), to)).collect();
+        let of_node =
+            |from: red_core::NodeId| dag.successors(from).iter().map(move |to| (from.index(), to)).collect();
         let of_task: Vec<Vec<(usize, usize)>> = dag.nodes().map(of_node).collect();
         edges.push(of_task.concat());
     }

@@ -143,13 +143,18 @@ where
     }
 
     /// Takes a slot out, wherever it is.
-    #[inline]
+    #[inline(always)]
     pub fn remove(&mut self, slot: usize) -> Option<K> {
-        let place = usize::from(self.position[slot].checked_sub(1)?);
+        let place = self.position[slot].checked_sub(1)?;
+        Some(self.remove_at(usize::from(place), slot))
+    }
+
+    #[inline(never)]
+    fn remove_at(&mut self, place: usize, slot: usize) -> K {
         let key = self.entries[place].key;
         self.take(place);
         self.position[slot] = 0;
-        Some(key)
+        key
     }
 
     /// Fills the hole at `place` with the last entry.
@@ -207,9 +212,10 @@ where
             let at = |place: usize, child: &Entry<K>| (first + place, child.key);
             let (least, below) = match self.entries.as_ref().get(first..(first + ARITY).min(len)) {
                 Some([a, b, c, d]) => lesser(lesser(at(0, a), at(1, b)), lesser(at(2, c), at(3, d))),
-                Some([a, rest @ ..]) => {
-                    rest.iter().enumerate().fold(at(0, a), |least, (i, child)| lesser(least, at(i + 1, child)))
-                }
+                Some([a, rest @ ..]) => rest
+                    .iter()
+                    .enumerate()
+                    .fold(at(0, a), |least, (i, child)| lesser(least, at(i + 1, child))),
                 _ => break,
             };
             if key <= below {

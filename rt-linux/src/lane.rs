@@ -125,7 +125,11 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
                 }
                 while let Some(request) = requests.next() {
                     let taken = scheduler.release_at(request.task, request.at, request.capture, now);
-                    host.released(request.task.index(), request.at, taken != Err(red_core::ReleaseError::Full));
+                    host.released(
+                        request.task.index(),
+                        request.at,
+                        taken != Err(red_core::ReleaseError::Full),
+                    );
                     since = since.min(request.at.as_nanos());
                 }
                 since = since.min(timeline.release(scheduler, host, now).unwrap_or(u64::MAX));
@@ -177,7 +181,8 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
             if let Some((unit, work)) = seat.take() {
                 break Next::Run(unit, work);
             }
-            if shared.stopping.load(Ordering::Acquire) || seat.threads.load(Ordering::Acquire) != self.thread {
+            if shared.stopping.load(Ordering::Acquire) || seat.threads.load(Ordering::Acquire) != self.thread
+            {
                 break Next::Leave;
             }
             let keeps = shared.keep(self.number);

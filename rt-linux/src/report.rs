@@ -55,7 +55,8 @@ const LONGEST_NS: u64 = 3_600_000_000_000;
 
 /// A histogram of fixed size: three significant digits up to an hour.
 pub(crate) fn histogram() -> Histogram<u64> {
-    Histogram::new_with_bounds(1, LONGEST_NS, 3).unwrap_or_else(|_| Histogram::new(3).expect("3 digits are legal"))
+    Histogram::new_with_bounds(1, LONGEST_NS, 3)
+        .unwrap_or_else(|_| Histogram::new(3).expect("3 digits are legal"))
 }
 
 impl LaneFigures {

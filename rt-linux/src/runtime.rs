@@ -159,7 +159,6 @@ impl<C: Capacity, H, L: Exclusive<Scheduler<C>>> Shared<C, H, L> {
             seat.bell.ring();
         }
     }
-
 }
 
 /// A run that goes on: what other threads may ask of it.
@@ -228,7 +227,12 @@ where
     H: Host<C> + 'static,
     L: Exclusive<Scheduler<C>> + Send + Sync + 'static,
 {
-    fn start(&self, number: usize, thread: u64, ready: Option<mpsc::Sender<Result<(), SetupError>>>) -> io::Result<()> {
+    fn start(
+        &self,
+        number: usize,
+        thread: u64,
+        ready: Option<mpsc::Sender<Result<(), SetupError>>>,
+    ) -> io::Result<()> {
         let (gate, finished) = (self.gate.clone(), self.finished.clone());
         let (handlers, enclose) = (self.handlers.clone(), self.enclose.clone());
         let fifo = self.mode.fifo(number);

@@ -86,7 +86,8 @@ impl FromStr for Execution {
         if text == "wcet" {
             return Ok(Self::Wcet);
         }
-        let (low, high) = text.strip_prefix("uniform:").and_then(|r| r.split_once("..")).ok_or_else(expected)?;
+        let (low, high) =
+            text.strip_prefix("uniform:").and_then(|r| r.split_once("..")).ok_or_else(expected)?;
         let (low_ppm, high_ppm) = (share(low).ok_or_else(expected)?, share(high).ok_or_else(expected)?);
         if low_ppm > high_ppm { Err(expected()) } else { Ok(Self::Uniform { low_ppm, high_ppm }) }
     }
@@ -110,9 +111,20 @@ mod tests {
     #[test]
     fn shares_are_read_exactly() {
         let read = |t: &str| t.parse::<Execution>();
-        assert_eq!(read("uniform:0.5..1.0"), Ok(Execution::Uniform { low_ppm: 500_000, high_ppm: 1_000_000 }));
+        assert_eq!(
+            read("uniform:0.5..1.0"),
+            Ok(Execution::Uniform { low_ppm: 500_000, high_ppm: 1_000_000 })
+        );
         assert_eq!(read("uniform:0..0.25"), Ok(Execution::Uniform { low_ppm: 0, high_ppm: 250_000 }));
-        for bad in ["", "uniform", "uniform:1..0.5", "uniform:0.5..1.5", "uniform:nan..1", "uniform:-0..1", "normal:0..1"] {
+        for bad in [
+            "",
+            "uniform",
+            "uniform:1..0.5",
+            "uniform:0.5..1.5",
+            "uniform:nan..1",
+            "uniform:-0..1",
+            "normal:0..1",
+        ] {
             assert!(read(bad).is_err(), "{bad}");
         }
     }

@@ -4,8 +4,8 @@ use crate::Lab;
 use crate::execution::Execution;
 use crate::report::{PoolMetrics, Report, Row, Shed};
 use red_core::{
-    Action, BestCase, CommitError, Config, Dispatch, Empty, Event, EventKind, Instant, JobId, NodeId, Outcome,
-    ReleaseError, Scheduler, ShedReason, TaskId, UnitId,
+    Action, BestCase, CommitError, Config, Dispatch, Empty, Event, EventKind, Instant, JobId, NodeId,
+    Outcome, ReleaseError, Scheduler, ShedReason, TaskId, UnitId,
 };
 use red_workload::build::{self, BuildError, Change, Numbered, Plan};
 use red_workload::metrics::{TaskLog, summarise};
@@ -146,8 +146,13 @@ impl<'a> Host<'a> {
         let release = self.next_release.iter().flatten().min().copied();
         let completion = self.running.first_key_value().map(|((finish, _), _)| *finish);
         let change = self.changes.front().map(|c| c.at.as_nanos());
-        let poll = if self.barrier.is_some() { None } else { self.scheduler.poll_at().map(Instant::as_nanos) };
-        [release, completion, change, poll, self.dispatch_at].into_iter().flatten().min().map(Instant::from_nanos)
+        let poll =
+            if self.barrier.is_some() { None } else { self.scheduler.poll_at().map(Instant::as_nanos) };
+        [release, completion, change, poll, self.dispatch_at]
+            .into_iter()
+            .flatten()
+            .min()
+            .map(Instant::from_nanos)
     }
 
     fn complete_due(&mut self, now: Instant) {
@@ -179,7 +184,10 @@ impl<'a> Host<'a> {
             let task = change.task;
             if !busy[task] {
                 let applied = build::apply(&mut self.scheduler, &change, self.tasks[task], now);
-                debug_assert!(matches!(applied, Ok(()) | Err(CommitError::Busy)), "a checked file's edits apply: {applied:?}");
+                debug_assert!(
+                    matches!(applied, Ok(()) | Err(CommitError::Busy)),
+                    "a checked file's edits apply: {applied:?}"
+                );
                 busy[task] = applied.is_err();
             }
             if busy[task] {
@@ -226,7 +234,8 @@ impl<'a> Host<'a> {
             return true;
         }
         if self.dispatch_at.is_none() && self.scheduler.can_dispatch() {
-            self.dispatch_at = now.as_nanos().div_ceil(grid.grid_ns).saturating_mul(grid.grid_ns).checked_add(grid.cost_ns);
+            self.dispatch_at =
+                now.as_nanos().div_ceil(grid.grid_ns).saturating_mul(grid.grid_ns).checked_add(grid.cost_ns);
         }
         false
     }
@@ -248,7 +257,12 @@ impl<'a> Host<'a> {
         let cost = self.suspended.remove(&(unit.first.job, unit.first.node)).unwrap_or_else(|| {
             let draw = |m: red_core::Member| {
                 let task = m.task.index();
-                self.options.execution.draw(self.options.seed, task, m.index, &self.nodes[task][m.node.index()])
+                self.options.execution.draw(
+                    self.options.seed,
+                    task,
+                    m.index,
+                    &self.nodes[task][m.node.index()],
+                )
             };
             self.scheduler.members(started.unit).map(draw).max().unwrap_or(0)
         });
@@ -388,7 +402,9 @@ impl<'a> Host<'a> {
 /// Pool of a node by the file, for rows without a lane.
 fn pool_of_node(node: &Numbered) -> usize {
     match &node.role {
-        build::Role::Plain(part) | build::Role::Encoder(part) | build::Role::Decoder { part, .. } => part.pool,
+        build::Role::Plain(part) | build::Role::Encoder(part) | build::Role::Decoder { part, .. } => {
+            part.pool
+        }
         build::Role::Coarse(stage) => stage.encoder.pool,
     }
 }
@@ -410,4 +426,3 @@ fn with_best_cases(workload: &Workload, execution: Execution) -> Workload {
     }
     timed
 }
-

@@ -6,8 +6,8 @@
 
 use crate::model::{Arrival, Node as FileNode, Part, Stage, Task, Work, Workload};
 use red_core::{
-    AddTaskError, Bytes, Capacity, CommitError, Config, Contention, Dag, Duration, EdgeError, Frame, Instant, Node,
-    NodeError, NodeId, PoolId, Scheduler, SensorId, TaskId, Timing, Wcet, refine,
+    AddTaskError, Bytes, Capacity, CommitError, Config, Contention, Dag, Duration, EdgeError, Frame, Instant,
+    Node, NodeError, NodeId, PoolId, Scheduler, SensorId, TaskId, Timing, Wcet, refine,
 };
 use std::collections::{BTreeMap, HashMap};
 use std::fmt;
@@ -92,7 +92,9 @@ pub enum BuildError {
 impl fmt::Display for BuildError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Sensors => f.write_str("more than 16 distinct sensor periods; give sensors of one clock one period"),
+            Self::Sensors => {
+                f.write_str("more than 16 distinct sensor periods; give sensors of one clock one period")
+            }
             Self::Node(task, e) => write!(f, "task `{task}`: {e}"),
             Self::Edge(task, e) => write!(f, "task `{task}`: {e}"),
             Self::Task(task, e) => write!(f, "task `{task}`: {e}"),
@@ -125,8 +127,9 @@ pub fn admit<C: Capacity>(
         let id = scheduler.add_sensor(Duration::from_nanos(sensor.period_ns));
         sensors.insert(sensor.name.clone(), id.map_err(|_| BuildError::Sensors)?);
     }
-    let plan = Builder { refined: config.refine, sensors, frames: Names::default(), weights: Names::default() }
-        .plan(workload)?;
+    let plan =
+        Builder { refined: config.refine, sensors, frames: Names::default(), weights: Names::default() }
+            .plan(workload)?;
     let mut tasks = Vec::new();
     for ((dag, timing), task) in plan.dags.iter().zip(&plan.timings).zip(&workload.tasks) {
         let id = scheduler.add_task(dag, *timing);
@@ -246,7 +249,8 @@ impl Builder {
         for node in &task.nodes {
             dag.add_node(self.coarse(node)).map_err(node_error)?;
         }
-        let index: HashMap<&str, usize> = task.nodes.iter().enumerate().map(|(i, n)| (n.name.as_str(), i)).collect();
+        let index: HashMap<&str, usize> =
+            task.nodes.iter().enumerate().map(|(i, n)| (n.name.as_str(), i)).collect();
         for (i, node) in task.nodes.iter().enumerate() {
             for other in &node.after {
                 let whole = other.split('.').next().unwrap_or(other);
@@ -302,7 +306,8 @@ impl Builder {
     /// Gives a node's parts their names and numbers.
     fn number(&self, node: &FileNode, names: &mut HashMap<String, Place>, numbered: &mut Vec<Numbered>) {
         let first = numbered.len();
-        let mut name = |name: String, entry: Vec<usize>, exit: Vec<usize>| names.insert(name, Place { entry, exit });
+        let mut name =
+            |name: String, entry: Vec<usize>, exit: Vec<usize>| names.insert(name, Place { entry, exit });
         match &node.work {
             Work::Plain(part) => {
                 name(node.name.clone(), vec![first], vec![first]);
@@ -321,8 +326,10 @@ impl Builder {
                 for ((decoder, part), at) in stage.decoders.iter().zip(all) {
                     let decoder = format!("{}.{decoder}", node.name);
                     name(decoder.clone(), vec![at], vec![at]);
-                    numbered
-                        .push(Numbered { name: decoder, role: Role::Decoder { part: part.clone(), encoder: first } });
+                    numbered.push(Numbered {
+                        name: decoder,
+                        role: Role::Decoder { part: part.clone(), encoder: first },
+                    });
                 }
             }
         }
@@ -351,13 +358,13 @@ impl Builder {
                 for part in decoders() {
                     whole.wcet_ns = whole.wcet_ns.saturating_add(part.wcet_ns);
                     whole.bcet_ns = whole.bcet_ns.saturating_add(part.bcet_ns);
-                    whole.memory_bytes = whole.memory_bytes.max(part.memory_bytes);
                     whole.atomic |= part.atomic;
                     whole.contention_ns = whole.contention_ns.max(part.contention_ns);
                 }
                 // The encoder's result stays while a decoder runs.
-                let beside = decoders().filter(|d| d.pool == whole.pool).map(|d| d.memory_bytes).max().unwrap_or(0);
-                whole.memory_bytes = whole.memory_bytes.max(stage.encoder.memory_bytes.saturating_add(beside));
+                let beside =
+                    decoders().filter(|d| d.pool == whole.pool).map(|d| d.memory_bytes).max().unwrap_or(0);
+                whole.memory_bytes = whole.memory_bytes.saturating_add(beside);
                 plain(&whole)
             }
         }

@@ -12,12 +12,12 @@
 //! A file that this crate accepts is valid for every policy: names resolve, graphs are acyclic before and after
 //! each event, whether refined or not, and no sum over a task overflows.
 
+pub mod build;
 mod error;
 mod file;
 #[cfg(test)]
 mod fixtures;
 mod graph;
-pub mod build;
 pub mod metrics;
 pub mod model;
 pub mod plan;

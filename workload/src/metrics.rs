@@ -173,7 +173,11 @@ pub fn summarise(name: &str, log: &TaskLog, until: Instant, end: Instant) -> Tas
             (Some(at), None) => {
                 metrics.completed += 1;
                 let late = at.saturating_sub(job.deadline_ns);
-                if late == 0 { metrics.on_time += 1 } else { metrics.missed += 1 }
+                if late == 0 {
+                    metrics.on_time += 1
+                } else {
+                    metrics.missed += 1
+                }
                 responses.push(at.saturating_sub(job.release_ns));
                 tardiness.push(late);
                 scores.push(Some(late));

@@ -46,7 +46,8 @@ impl<C: Capacity> Frame<C> {
         while let Some(Action::Dispatch(next)) = action {
             (self.call)(self.body, next.unit.node().index());
             let now = self.now();
-            action = self.shared.with(|scheduler, _| scheduler.complete_and_poll(next.unit, now).unwrap_or(None));
+            action =
+                self.shared.with(|scheduler, _| scheduler.complete_and_poll(next.unit, now).unwrap_or(None));
         }
         if action.is_some() {
             self.ended.store(frame);

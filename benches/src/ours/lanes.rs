@@ -36,7 +36,13 @@ impl<C: Capacity> Lanes<C> {
 
     /// Hands out what there is to do, from `action` on; the unit of `lane` itself is returned.
     #[inline(always)]
-    fn hand_out(&self, scheduler: &mut Scheduler<C>, mut action: Option<Action>, lane: usize, now: Instant) -> Option<UnitId> {
+    fn hand_out(
+        &self,
+        scheduler: &mut Scheduler<C>,
+        mut action: Option<Action>,
+        lane: usize,
+        now: Instant,
+    ) -> Option<UnitId> {
         let mut own = None;
         while let Some(next) = action {
             match next {

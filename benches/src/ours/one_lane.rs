@@ -29,10 +29,9 @@ pub(super) fn build<C: Capacity>(setup: &Setup<'_>, config: Config) -> Result<Ru
                     call(body, next.unit.node().index());
                     action = scheduler.complete_and_poll(next.unit, now());
                 }
-                completed &= released.is_ok() && matches!(action, Ok(Some(Action::Ended(job))) if job.on_time());
-                while let Some(event) = scheduler.take_event() {
-                    black_box(&event);
-                }
+                completed &=
+                    released.is_ok() && matches!(action, Ok(Some(Action::Ended(job))) if job.on_time());
+                while black_box(&scheduler.take_event()).is_some() {}
             }
         });
         if completed { Ok(()) } else { Err(NotRun::Failed("RED left a job undone".to_owned())) }

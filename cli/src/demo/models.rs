@@ -25,7 +25,10 @@ impl Models {
             MODELS.iter().try_for_each(|(name, bytes)| fs::write(folder.join(name), bytes))
         };
         write().map_err(|e| {
-            Failure::Machine(format!("cannot unpack the networks into {}: {e}; set TMPDIR to a folder that takes them", folder.display()))
+            Failure::Machine(format!(
+                "cannot unpack the networks into {}: {e}; set TMPDIR to a folder that takes them",
+                folder.display()
+            ))
         })?;
         Ok(models)
     }

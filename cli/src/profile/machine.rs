@@ -8,7 +8,7 @@ use std::fs;
 use std::thread;
 
 /// Priority of the lanes, as in a run.
-pub(super) const PRIORITY: u8 = 70;
+pub(super) use crate::session::PRIORITY;
 /// Lanes that a workload file may have, over all pools.
 const MAX_LANES: usize = 32;
 

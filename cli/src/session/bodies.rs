@@ -59,14 +59,23 @@ impl fmt::Display for BodiesError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NoBody { node } => {
-                write!(f, "node `{node}` has no body, so it can be planned and simulated but not run; give it one: body = {{ spin = \"1ms\" }}")
+                write!(
+                    f,
+                    "node `{node}` has no body, so it can be planned and simulated but not run; give it one: body = {{ spin = \"1ms\" }}"
+                )
             }
             Self::Cuda { node } => {
-                write!(f, "node `{node}` has a cuda body, and this build has no CUDA lanes; run it on the CPU: pool kind = \"cpu\", body = {{ onnx = \"...\" }}")
+                write!(
+                    f,
+                    "node `{node}` has a cuda body, and this build has no CUDA lanes; run it on the CPU: pool kind = \"cpu\", body = {{ onnx = \"...\" }}"
+                )
             }
             Self::Load { node, reason } => write!(f, "node `{node}`: {reason}"),
             Self::Shape { node, reads, written } => {
-                write!(f, "node `{node}` reads {reads} numbers, but its encoder writes {written}; give it the decoder of that encoder")
+                write!(
+                    f,
+                    "node `{node}` reads {reads} numbers, but its encoder writes {written}; give it the decoder of that encoder"
+                )
             }
         }
     }
@@ -206,7 +215,11 @@ impl Loader<'_> {
 /// An instance of a body, for one lane.
 enum Run {
     Spin(Spin),
-    Network { instance: Box<dyn Instance>, input: Vec<f32>, output: Vec<f32> },
+    Network {
+        instance: Box<dyn Instance>,
+        input: Vec<f32>,
+        output: Vec<f32>,
+    },
     Plugin(PluginBody),
     /// Could not be instantiated, which was said: its jobs fail.
     Broken,
@@ -255,7 +268,9 @@ impl Run {
                 input: vec![0.5; network.input_len()],
                 output: vec![0.0; network.output_len()],
             }),
-            Loaded::Plugin(plugin) => plugin.instance(u32::try_from(lane).unwrap_or(u32::MAX)).map(Self::Plugin),
+            Loaded::Plugin(plugin) => {
+                plugin.instance(u32::try_from(lane).unwrap_or(u32::MAX)).map(Self::Plugin)
+            }
         };
         made.unwrap_or_else(|e| {
             eprintln!("redrt: lane {lane}: {e}");
@@ -296,7 +311,8 @@ impl LaneBodies {
             lane: u32::try_from(self.lane).unwrap_or(u32::MAX),
         };
         let result = work.output.and_then(|number| bodies.results.get(usize::from(number)));
-        let runs = self.runs.get_mut(work.task).and_then(|nodes| nodes.get_mut(work.node.index())).ok_or(())?;
+        let runs =
+            self.runs.get_mut(work.task).and_then(|nodes| nodes.get_mut(work.node.index())).ok_or(())?;
         let (first, rest) = runs.split_first_mut().ok_or(())?;
         match node {
             Node::Plain(_) => first.step(Some(&self.image), None, &call),
@@ -310,7 +326,8 @@ impl LaneBodies {
             }
             Node::Coarse(..) => {
                 first.step(Some(&self.image), None, &call)?;
-                let features = if let Run::Network { output, .. } = first { Some(output.as_slice()) } else { None };
+                let features =
+                    if let Run::Network { output, .. } = first { Some(output.as_slice()) } else { None };
                 rest.iter_mut().try_for_each(|decoder| decoder.step(features, None, &call))
             }
         }
@@ -318,7 +335,8 @@ impl LaneBodies {
 
     /// The camera: draws the road as it is at the job's release, unless this lane has that frame already.
     fn look(&mut self, work: &Work) -> Result<(), ()> {
-        let obstacle = self.bodies.obstacle_ns.is_some_and(|(from, until)| (from..until).contains(&work.release_ns));
+        let obstacle =
+            self.bodies.obstacle_ns.is_some_and(|(from, until)| (from..until).contains(&work.release_ns));
         let frame = (work.job, obstacle);
         if self.seen != Some(frame) {
             self.scene.draw(work.job, obstacle, &mut self.image).map_err(drop)?;

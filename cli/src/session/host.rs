@@ -32,7 +32,14 @@ impl Live {
     pub(crate) fn new(lanes: usize) -> Arc<Self> {
         let zero = || AtomicU64::new(0);
         let lanes = (0..lanes).map(|_| zero()).collect();
-        Arc::new(Self { released: zero(), on_time: zero(), missed: zero(), shed: zero(), saved: zero(), lanes })
+        Arc::new(Self {
+            released: zero(),
+            on_time: zero(),
+            missed: zero(),
+            shed: zero(),
+            saved: zero(),
+            lanes,
+        })
     }
 }
 

@@ -47,7 +47,11 @@ impl Trace<'_> {
     /// Those of `out`.
     pub(crate) fn write(&self, out: &mut impl Write) -> io::Result<()> {
         let mut rows = Rows { out, first: true };
-        writeln!(rows.out, "{{\"displayTimeUnit\":\"ms\",\"otherData\":{},\"traceEvents\":[", json!({ "policy": self.policy }))?;
+        writeln!(
+            rows.out,
+            "{{\"displayTimeUnit\":\"ms\",\"otherData\":{},\"traceEvents\":[",
+            json!({ "policy": self.policy })
+        )?;
         self.titles(&mut rows)?;
         self.jobs(&mut rows)?;
         self.sub_jobs(&mut rows)?;
@@ -55,9 +59,7 @@ impl Trace<'_> {
     }
 
     fn titles(&self, rows: &mut Rows<impl Write>) -> io::Result<()> {
-        let title = |name: &str, pid: u32, tid: usize, label: &str| {
-            json!({ "ph": "M", "name": name, "pid": pid, "tid": tid, "args": { "name": label } })
-        };
+        let title = |name: &str, pid: u32, tid: usize, label: &str| json!({ "ph": "M", "name": name, "pid": pid, "tid": tid, "args": { "name": label } });
         rows.put(&title("process_name", LANES, 0, "lanes"))?;
         rows.put(&title("process_name", TASKS, 0, "tasks"))?;
         for (i, lane) in self.lanes.iter().enumerate() {
@@ -76,10 +78,14 @@ impl Trace<'_> {
                 let end = job.at_ns.unwrap_or(self.end_ns).max(job.release_ns);
                 let id = format!("{task}.{index}");
                 let args = json!({ "deadline_ns": job.deadline_ns, "shed": job.shed.map(|r| r.name()) });
-                rows.put(&json!({ "ph": "b", "cat": "job", "id": id, "name": name, "pid": TASKS, "tid": task,
-                    "ts": us(job.release_ns), "args": args }))?;
-                rows.put(&json!({ "ph": "e", "cat": "job", "id": id, "name": name, "pid": TASKS, "tid": task,
-                    "ts": us(end) }))?;
+                rows.put(
+                    &json!({ "ph": "b", "cat": "job", "id": id, "name": name, "pid": TASKS, "tid": task,
+                    "ts": us(job.release_ns), "args": args }),
+                )?;
+                rows.put(
+                    &json!({ "ph": "e", "cat": "job", "id": id, "name": name, "pid": TASKS, "tid": task,
+                    "ts": us(end) }),
+                )?;
                 if let Some(reason) = job.shed {
                     rows.mark(&format!("shed: {}", reason.name()), TASKS, task, end)?;
                 } else if end > job.deadline_ns {

@@ -9,7 +9,7 @@
 
 use super::{Bound, Certificate};
 use crate::capacity::{Capacity, Empty};
-use crate::graph::{Dag, Levels};
+use crate::graph::{Dag, Levels, critical_path};
 use crate::time::{Bytes, Duration};
 
 /// Bounds the response time of `dag`. `limit` is min(D, T); `lanes` and `budgets` are by pool.
@@ -51,14 +51,14 @@ pub(crate) fn bound_by_levels<C: Capacity>(
     }
     let pools = || (0..C::POOLS).filter(move |p| used >> p & 1 != 0);
     let widest = pools().map(lanes_of).max().unwrap_or(1);
-    let mut paths = Peeler::new(dag, levels);
-    let longest = paths.longest(levels);
+    let longest = critical_path(dag, levels);
     let (bound, response) = if used.count_ones() > 1 {
         let scaled = u128::from(longest) * u128::from(widest - 1) / u128::from(widest);
         let shares = pools().fold(0u64, |sum, p| sum.saturating_add(per_pool[p].div_ceil(lanes_of(p))));
         (Bound::SeveralPools, (scaled as u64 + 1).saturating_add(shares))
     } else {
         let mut rest = dag.work() - longest;
+        let mut paths = Peeler::new(dag, levels);
         let mut best = (Bound::Graham, longest + rest.div_ceil(widest));
         for j in 1..widest {
             rest -= paths.peel(dag, levels);

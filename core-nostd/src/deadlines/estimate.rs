@@ -26,8 +26,8 @@ crate::capacity::stored! {
     #[derive(Clone, Copy, Debug)]
     pub struct Estimator {
         samples: [u32; WINDOW],
-        len: u8,
-        next: u8,
+        /// Samples taken; from 8 on, 8 plus the place of the oldest.
+        taken: u8,
         shift: u8,
     }
 }
@@ -44,17 +44,17 @@ impl Estimator {
     #[inline]
     pub fn push(&mut self, executed: Duration) {
         let scaled = executed.as_nanos() >> self.shift;
-        let next = usize::from(self.next) % WINDOW;
+        let next = usize::from(self.taken) % WINDOW;
         self.samples[next] = if scaled > u64::from(u32::MAX) { u32::MAX } else { scaled as u32 };
-        self.next = (next as u8 + 1) % WINDOW as u8;
-        self.len += u8::from(usize::from(self.len) < WINDOW);
+        self.taken = if self.taken == 2 * WINDOW as u8 - 1 { WINDOW as u8 } else { self.taken + 1 };
     }
 
     /// Mean, rounded down.
     #[must_use]
     pub fn mean(&self) -> Option<Duration> {
         let sum: u64 = self.taken().map(u64::from).sum();
-        (self.len > 0).then(|| self.unscale(sum / u64::from(self.len.max(1))))
+        let len = self.len() as u64;
+        (len > 0).then(|| self.unscale(sum / len.max(1)))
     }
 
     /// Shortest: the best case that was seen.
@@ -69,8 +69,12 @@ impl Estimator {
         self.taken().max().map(|s| self.unscale(u64::from(s)))
     }
 
+    fn len(&self) -> usize {
+        WINDOW.min(self.taken.into())
+    }
+
     fn taken(&self) -> impl Iterator<Item = u32> {
-        self.samples.into_iter().take(usize::from(self.len))
+        self.samples.into_iter().take(self.len())
     }
 
     fn unscale(&self, scaled: u64) -> Duration {

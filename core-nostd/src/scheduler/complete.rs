@@ -66,6 +66,7 @@ impl<C: Capacity> Scheduler<C> {
         self.lanes[lane].is_encoder = false;
         if members == 0 {
             self.counters.late_completions += 1;
+            self.age_keys();
             return Err(CompleteError::Late);
         }
         Ok(())

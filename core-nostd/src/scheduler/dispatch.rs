@@ -73,9 +73,9 @@ impl<C: Capacity> Scheduler<C> {
         answer(None)
     }
 
-    /// Re-assignment before a dispatch: every job's ready nodes by what remains of it now.
+    /// Re-assignment before a dispatch or a drop: every job's ready nodes by what remains of it now.
     #[cold]
-    fn reassign(&mut self) {
+    pub(super) fn reassign(&mut self) {
         for slot in self.slots() {
             self.residual_key(slot);
             self.requeue(slot);
@@ -94,6 +94,7 @@ impl<C: Capacity> Scheduler<C> {
         let wanted = free & prefer;
         let lane = if wanted != 0 { wanted.trailing_zeros() } else { free.trailing_zeros() } as usize;
         let version = self.version(slot);
+        let node = version.order[rank];
         if !version.is_plain || self.pools[pool].limited {
             cold_path();
             let has_role = version.encoders.contains(rank) || version.decoders.contains(rank);
@@ -101,7 +102,7 @@ impl<C: Capacity> Scheduler<C> {
                 return self.start_with_care(pool, slot, rank, lane);
             }
         }
-        Some(self.start(slot, rank, lane))
+        Some(self.start(slot, rank, node, lane))
     }
 
     /// The job whose head is first, made the pool's current one.

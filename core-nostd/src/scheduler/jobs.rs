@@ -14,6 +14,7 @@ use core::hint::cold_path;
 
 crate::capacity::stored! {
     #[derive(Clone, Copy, Debug)]
+    #[repr(C)] // What every completion touches comes first.
     pub(super) struct Job<C: Capacity> {
         pub(super) task: u8,
         pub(super) version: u8,
@@ -27,6 +28,14 @@ crate::capacity::stored! {
         /// Whether an encoder runs again after its result was thrown away.
         pub(super) reruns: bool,
         pub(super) shed: Option<ShedReason>,
+        /// Who numbered the capture it reads.
+        pub(super) source: CaptureSource,
+        /// By rank.
+        pub(super) ready: NodeSet<C>,
+        pub(super) running: NodeSet<C>,
+        pub(super) done: NodeSet<C>,
+        /// Ready by precedence, but its level is not open, or its encoder key is running.
+        pub(super) parked: NodeSet<C>,
         pub(super) release: Instant,
         pub(super) deadline: Instant,
         /// Key that all ready nodes share, under residual re-assignment.
@@ -35,18 +44,11 @@ crate::capacity::stored! {
         pub(super) tie: u64,
         /// The capture it reads, by number.
         pub(super) capture: u64,
-        pub(super) source: CaptureSource,
         /// After this instant it may have become hopeless.
         pub(super) safe_until: Instant,
         /// When it ended.
         pub(super) at: Instant,
-        /// By rank.
-        pub(super) ready: NodeSet<C>,
-        pub(super) running: NodeSet<C>,
-        pub(super) done: NodeSet<C>,
-        /// Ready by precedence, but its level is not open, or its encoder key is running.
-        pub(super) parked: NodeSet<C>,
-        /// Predecessors that are not done.
+        /// By rank: predecessors that are not done.
         pub(super) waiting_for: C::Nodes<u8>,
         /// Ready: how often it was overtaken for memory. Running: lane. Done encoder: output plus one, 0 if it is
         /// nowhere.

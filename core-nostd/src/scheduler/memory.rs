@@ -20,7 +20,7 @@ impl<C: Capacity> Scheduler<C> {
         if self.fits(pool, slot, rank) {
             return Some((slot, rank));
         }
-        if u32::from(self.jobs[slot].place[rank]) < self.pools[pool].lanes.count_ones()
+        if self.may_be_overtaken(pool, slot, rank)
             && let Some(next) = self.first_that_fits(pool)
         {
             self.jobs[slot].place[rank] += 1;
@@ -30,6 +30,22 @@ impl<C: Capacity> Scheduler<C> {
             return self.make_room(pool, slot, rank);
         }
         None
+    }
+
+    /// Whether `fitting` would find something in a pool with a free lane.
+    pub(super) fn has_fitting(&self, pool: usize) -> bool {
+        let heads = self
+            .slots()
+            .filter_map(|slot| self.head_of(slot, pool).map(|rank| (self.rank_key(slot, rank), slot, rank)));
+        heads.min().is_some_and(|(_, slot, rank)| {
+            self.fits(pool, slot, rank)
+                || self.may_be_overtaken(pool, slot, rank) && self.first_that_fits(pool).is_some()
+                || self.pools[pool].free == self.pools[pool].lanes
+        })
+    }
+
+    fn may_be_overtaken(&self, pool: usize, slot: usize, rank: usize) -> bool {
+        u32::from(self.jobs[slot].place[rank]) < self.pools[pool].lanes.count_ones()
     }
 
     fn fits(&self, pool: usize, slot: usize, rank: usize) -> bool {

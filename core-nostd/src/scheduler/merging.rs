@@ -20,7 +20,7 @@ impl<C: Capacity> Scheduler<C> {
         let limited = self.pools[pool].limited;
         let (slot, rank) = if limited { self.fitting(pool, slot, rank)? } else { (slot, rank) };
         let memory = self.node(slot, rank).memory.0;
-        let unit = self.start(slot, rank, lane);
+        let unit = self.start(slot, rank, self.version(slot).order[rank], lane);
         if limited {
             self.lanes[lane].memory = memory;
             self.pools[pool].used += memory;

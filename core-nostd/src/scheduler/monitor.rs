@@ -197,6 +197,7 @@ impl<C: Capacity> Scheduler<C> {
     fn tick_fires(&mut self) -> bool {
         let asked = self.monitor.tick_at;
         self.monitor.tick_at = Instant::MAX;
+        self.age_keys();
         if asked != self.window {
             // A tick that nobody looked at in time: nothing was seen, so nothing goes on.
             self.monitor.over = 0;

@@ -108,6 +108,7 @@ impl<C: Capacity> Scheduler<C> {
         }
         if l.members == 0 {
             self.counters.late_completions += 1;
+            self.age_keys();
             return Err(CompleteError::Late);
         }
         Ok(())
@@ -241,6 +242,7 @@ impl<C: Capacity> Scheduler<C> {
         self.jobs[slot].running = NodeSet::EMPTY;
         // Its head may have been what did not fit into memory.
         self.active |= self.version(slot).pool_mask;
+        self.age_keys();
         self.forget_suspended(slot);
         self.sweep_outputs();
     }

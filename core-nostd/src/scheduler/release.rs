@@ -40,6 +40,7 @@ impl<C: Capacity> Scheduler<C> {
     ///
     /// # Errors
     /// [`ReleaseError`].
+    #[inline]
     pub fn release_at(
         &mut self,
         task: TaskId,
@@ -79,9 +80,10 @@ impl<C: Capacity> Scheduler<C> {
             source: if capture.is_some() { CaptureSource::Host } else { CaptureSource::Job },
             safe_until: Instant::from_nanos(key.saturating_add(version.slack).max(0).cast_unsigned()),
             ready: version.sources,
-            waiting_for: version.indegree,
             ..Job::EMPTY
         };
+        // Not part of the literal, which would then be built elsewhere and copied.
+        job.waiting_for = version.indegree;
         // Latest start before the epoch: that instant cannot be written, so the job counts as behind at once.
         let lost = key < version.slack.saturating_neg();
         job.behind = lost;
@@ -111,12 +113,22 @@ impl<C: Capacity> Scheduler<C> {
         if self.residual {
             cold_path();
             if self.reassigns {
-                self.stale_keys = true;
+                self.age_keys();
             } else {
                 self.residual_key(slot);
             }
         }
         self.requeue(slot);
+    }
+
+    /// Something happened. Where every dispatch re-assigns, the keys of all jobs move with the clock, so that any
+    /// pool may have another head.
+    #[inline(always)]
+    pub(super) fn age_keys(&mut self) {
+        if self.reassigns {
+            self.stale_keys = true;
+            self.active = ((1u64 << self.pool_count) - 1) as u32;
+        }
     }
 
     /// Best case of a rank, in nanoseconds; never above its cost, so that "on time at WCET" implies "on time at

@@ -36,6 +36,9 @@ impl<C: Capacity> Scheduler<C> {
     /// among equals, while a queue is longer than Q_max, and at least one; then ticks are counted from 0 again.
     fn drop_least_urgent(&mut self) {
         self.monitor.over = 0;
+        if self.reassigns {
+            self.reassign();
+        }
         // At most one round per job.
         loop {
             let this = &*self;

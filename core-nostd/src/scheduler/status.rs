@@ -3,7 +3,7 @@
 use super::Scheduler;
 use super::event::Event;
 use crate::capacity::Capacity;
-use crate::config::Config;
+use crate::config::{Config, Shed};
 use crate::time::Instant;
 
 crate::capacity::stored! {
@@ -58,17 +58,19 @@ impl<C: Capacity> Scheduler<C> {
         (0..usize::from(self.lane_count)).filter(|l| self.lanes[*l].is_busy()).count()
     }
 
-    /// Whether a pool has both a free lane and a sub-job that waits for one.
+    /// Whether a pool has both a free lane and a sub-job that could start on it.
     #[must_use]
     pub fn can_dispatch(&self) -> bool {
-        let waits = |pool: usize| self.slots().any(|slot| self.head_of(slot, pool).is_some());
-        (0..usize::from(self.pool_count)).any(|pool| self.pools[pool].free != 0 && waits(pool))
+        (0..usize::from(self.pool_count)).any(|pool| self.pools[pool].free != 0 && self.has_fitting(pool))
     }
 
     /// When `poll` has something to decide even if nothing happens. May change after every other call.
     #[must_use]
     pub fn poll_at(&self) -> Option<Instant> {
-        (self.in_flight != 0 && self.monitor.wake < Instant::MAX).then_some(self.monitor.wake)
+        // Units of jobs that were given up keep lanes busy, which is what RED's overload is made of.
+        let unwanted = || self.config.shed == Shed::LowestUrgency && self.running_units() > 0;
+        let watches = self.in_flight != 0 || unwanted();
+        (watches && self.monitor.wake < Instant::MAX).then_some(self.monitor.wake)
     }
 
     /// Takes the oldest event of the record.

@@ -134,10 +134,9 @@ impl<C: Capacity> Scheduler<C> {
         }
     }
 
-    /// Gives a ready rank a lane. Members of a merged unit join with `merge_into` afterwards.
+    /// Gives a ready rank, which is `node`, a lane. Members of a merged unit join with `merge_into` afterwards.
     #[inline(always)]
-    pub(super) fn start(&mut self, slot: usize, rank: usize, lane: usize) -> UnitId {
-        let node = self.version(slot).order[rank];
+    pub(super) fn start(&mut self, slot: usize, rank: usize, node: u8, lane: usize) -> UnitId {
         let job = &mut self.jobs[slot];
         job.ready.remove(rank);
         job.running.insert(rank);

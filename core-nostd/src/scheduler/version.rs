@@ -58,17 +58,10 @@ impl<C: Capacity> Version<C> {
         let new = self;
         new.is_plain = config.gate == Gate::Precedence;
         let assigned = SubDeadlines::by_levels(dag, levels, config.rule, deadline, lanes);
-        let mut sorted = <C::Nodes<u128>>::EMPTY;
-        for i in dag.present().iter() {
-            let key = if config.residual() { 0 } else { assigned.key[i] };
-            // One integer sorts faster than a pair; with the sign bit flipped it sorts as the signed key.
-            sorted[usize::from(new.len)] = (u128::from(key.cast_unsigned() ^ (1 << 63)) << 8) | i as u128;
-            new.len += 1;
-        }
-        let len = usize::from(new.len);
-        if let Some(used) = sorted.as_mut().get_mut(..len) {
-            used.sort_unstable();
-        }
+        let key = if config.residual() { Empty::EMPTY } else { assigned.key };
+        let sorted = Self::sorted(dag, &key);
+        let len = dag.len();
+        new.len = len as u16;
         let mut rank_of = <C::Nodes<u8>>::EMPTY;
         for rank in 0..len {
             let node = usize::from(sorted[rank] as u8);
@@ -98,6 +91,29 @@ impl<C: Capacity> Version<C> {
             new.topological[i] = rank_of[node];
         }
         new.slack = before(deadline.as_nanos().cast_signed(), longest.as_nanos());
+    }
+
+    /// Nodes by (key, node id); the node id is in the low 8 bits.
+    ///
+    /// One integer sorts faster than a pair. Where keys lie so far apart that the two do not fit one (2 years),
+    /// pairs are compared.
+    fn sorted(dag: &Dag<C>, key: &C::Nodes<i64>) -> C::Nodes<u64> {
+        let first = dag.present().iter().map(|i| key[i]).min().unwrap_or(0);
+        let (mut sorted, mut len, mut fits) = (<C::Nodes<u64>>::EMPTY, 0, true);
+        dag.present().each(|i| {
+            let span = key[i].abs_diff(first);
+            fits &= span < 1 << 56;
+            sorted[len] = (span << 8) | i as u64;
+            len += 1;
+        });
+        match sorted.as_mut().get_mut(..len) {
+            Some(used) if fits => used.sort_unstable(),
+            Some(used) => {
+                used.sort_unstable_by_key(|packed| (key[usize::from(*packed as u8)], *packed as u8))
+            }
+            None => {}
+        }
+        sorted
     }
 
     /// The graph again, in node ids.
