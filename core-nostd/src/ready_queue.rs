@@ -3,38 +3,11 @@
 //! *Background.* EDF needs the smallest key; re-assignment and edits need to re-key and to remove an entry that
 //! is already queued, by name. *Rule.* Entries are (key, slot); `position` knows where each slot's entry is.
 //! *Why it holds.* Sifting keeps every parent at or below its children and writes `position` with every move.
-//! Ties are the key's business: the scheduler's keys are total (see [`Rank`]).
+//! Ties are the key's business: the scheduler's keys are total.
 //! Time bound: push, pop, re-key, remove O(log4 N); peek O(1).
 
 use crate::capacity::{Empty, Store};
 use core::hint::select_unpredictable;
-
-crate::capacity::stored! {
-    /// Key of the scheduler's queues: absolute key, then release, then task order, then job index.
-    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-    pub(crate) struct Rank {
-        key: i64,
-        release: u64,
-        /// Task order in the high 8 bits, job index below.
-        tie: u64,
-    }
-}
-
-impl Rank {
-    #[inline(always)]
-    pub(crate) const fn new(key: i64, release: u64, tie: u64) -> Self {
-        Self { key, release, tie }
-    }
-
-    pub(crate) const fn tie(task_order: u8, job_index: u64) -> u64 {
-        (task_order as u64) << 56 | (job_index & ((1 << 56) - 1))
-    }
-
-    /// The job index in a tie.
-    pub(crate) const fn index_in(tie: u64) -> u64 {
-        tie & ((1 << 56) - 1)
-    }
-}
 
 /// One queued slot.
 #[derive(Clone, Copy, Debug)]

@@ -39,6 +39,7 @@ pub mod report;
 pub mod runtime;
 mod seat;
 pub mod setup;
+mod shared;
 pub mod sleeper;
 pub mod spin_lead;
 pub mod stop;

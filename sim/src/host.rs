@@ -2,13 +2,13 @@
 
 use crate::Lab;
 use crate::execution::Execution;
-use crate::report::{PoolMetrics, Report, Row, Shed};
+use crate::report::{Report, Row, Shed};
 use red_core::{
-    Action, BestCase, CommitError, Config, Dispatch, Empty, Event, EventKind, Instant, JobId, NodeId,
-    Outcome, ReleaseError, Scheduler, ShedReason, TaskId, UnitId,
+    Action, BestCase, CommitError, Config, Dispatch, Empty, Instant, JobId, NodeId, Outcome, ReleaseError,
+    Scheduler, ShedReason, TaskId, UnitId,
 };
 use red_workload::build::{self, BuildError, Change, Numbered, Plan};
-use red_workload::metrics::{TaskLog, summarise};
+use red_workload::metrics::TaskLog;
 use red_workload::model::{Arrival, Part, SyncGrid, Work, Workload};
 use red_workload::policy::Policy;
 use std::collections::{BTreeMap, HashMap, VecDeque};
@@ -59,37 +59,37 @@ pub fn simulate(workload: &Workload, options: &Options) -> Result<Report, SimErr
 }
 
 /// A unit that runs.
-struct Running {
+pub(crate) struct Running {
     unit: UnitId,
     started: u64,
     due: Instant,
 }
 
-struct Host<'a> {
-    workload: &'a Workload,
-    options: &'a Options,
-    horizon: Instant,
-    scheduler: Box<Scheduler<Lab>>,
-    tasks: Vec<TaskId>,
-    nodes: Vec<Vec<Numbered>>,
+pub(crate) struct Host<'a> {
+    pub(crate) workload: &'a Workload,
+    pub(crate) options: &'a Options,
+    pub(crate) horizon: Instant,
+    pub(crate) scheduler: Box<Scheduler<Lab>>,
+    pub(crate) tasks: Vec<TaskId>,
+    pub(crate) nodes: Vec<Vec<Numbered>>,
     /// Changes to come, and those that wait for a version to drain.
-    changes: VecDeque<Change>,
-    waiting: VecDeque<Change>,
+    pub(crate) changes: VecDeque<Change>,
+    pub(crate) waiting: VecDeque<Change>,
     /// Next release of each task.
-    next_release: Vec<Option<u64>>,
+    pub(crate) next_release: Vec<Option<u64>>,
     /// By (finish, lane): pools' lanes are numbered in file order.
-    running: BTreeMap<(u64, usize), Running>,
+    pub(crate) running: BTreeMap<(u64, usize), Running>,
     /// What is left of preempted sub-jobs.
-    suspended: HashMap<(JobId, NodeId), u64>,
-    barrier: Option<SyncGrid>,
-    dispatch_at: Option<u64>,
-    logs: Vec<TaskLog>,
-    rows: Vec<Row>,
-    sheds: Vec<Shed>,
-    busy: Vec<u64>,
-    nodes_missed: u64,
+    pub(crate) suspended: HashMap<(JobId, NodeId), u64>,
+    pub(crate) barrier: Option<SyncGrid>,
+    pub(crate) dispatch_at: Option<u64>,
+    pub(crate) logs: Vec<TaskLog>,
+    pub(crate) rows: Vec<Row>,
+    pub(crate) sheds: Vec<Shed>,
+    pub(crate) busy: Vec<u64>,
+    pub(crate) nodes_missed: u64,
     /// First lane of each pool.
-    first_lane: Vec<usize>,
+    pub(crate) first_lane: Vec<usize>,
 }
 
 impl<'a> Host<'a> {
@@ -289,7 +289,7 @@ impl<'a> Host<'a> {
         self.busy[pool] += until - running.started;
     }
 
-    fn pool_of(&self, lane: usize) -> usize {
+    pub(crate) fn pool_of(&self, lane: usize) -> usize {
         self.first_lane.partition_point(|first| *first <= lane) - 1
     }
 
@@ -312,100 +312,6 @@ impl<'a> Host<'a> {
             let task = self.workload.tasks[task].name.clone();
             self.sheds.push(Shed { task, job, at_ns, reason: reason.name() });
         }
-    }
-
-    /// Hits outside of a dispatch; everything else is told by actions.
-    fn note_events(&mut self) {
-        while let Some(event) = self.scheduler.take_event() {
-            if event.kind == EventKind::Hit {
-                self.row(&event, None, event.at.as_nanos());
-            }
-        }
-    }
-
-    /// Members of the unit that just started, and hits that its start allowed.
-    fn note_rows(&mut self, finish: u64) {
-        while let Some(event) = self.scheduler.take_event() {
-            match event.kind {
-                EventKind::Started => self.row(&event, Some(event.lane.index()), finish),
-                EventKind::Hit => self.row(&event, None, event.at.as_nanos()),
-                _ => {}
-            }
-        }
-    }
-
-    fn note_preempted(&mut self, now: u64, left: u64) {
-        while let Some(event) = self.scheduler.take_event() {
-            if event.kind != EventKind::Preempted {
-                continue;
-            }
-            let (task, node) = (event.task.index(), event.node.index());
-            let names = (&self.workload.tasks[task].name, &self.nodes[task][node].name);
-            let row = self.rows.iter_mut().rev().find(|r| r.job == event.job && (&r.task, &r.node) == names);
-            if let Some(row) = row {
-                row.finish_ns = now;
-            }
-            if let Some(job) = self.scheduler.job_id(event.task, event.job) {
-                self.suspended.insert((job, event.node), left);
-            }
-        }
-    }
-
-    fn row(&mut self, event: &Event, lane: Option<usize>, finish_ns: u64) {
-        if !self.options.schedule {
-            return;
-        }
-        let (task, node) = (event.task.index(), event.node.index());
-        let node = &self.nodes[task][node];
-        let pool = lane.map_or_else(|| pool_of_node(node), |lane| self.pool_of(lane));
-        let first = self.first_lane[pool];
-        self.rows.push(Row {
-            task: self.workload.tasks[task].name.clone(),
-            job: event.job,
-            node: node.name.clone(),
-            pool: self.workload.pools[pool].name.clone(),
-            lane: lane.map(|lane| u32::try_from(lane - first).unwrap_or(u32::MAX)),
-            start_ns: event.at.as_nanos(),
-            finish_ns,
-        });
-    }
-
-    fn report(mut self) -> Report {
-        // By what is printed: (start, pool, lane, task, job, node), hits before lane 0.
-        let mut rows = std::mem::take(&mut self.rows);
-        rows.sort_by(|a, b| {
-            let key = |r: &Row| (r.start_ns, r.lane, r.job);
-            let ((start_a, lane_a, job_a), (start_b, lane_b, job_b)) = (key(a), key(b));
-            let first = start_a.cmp(&start_b).then_with(|| a.pool.cmp(&b.pool)).then(lane_a.cmp(&lane_b));
-            first.then_with(|| a.task.cmp(&b.task)).then(job_a.cmp(&job_b)).then_with(|| a.node.cmp(&b.node))
-        });
-        let named = self.workload.tasks.iter().zip(&self.logs);
-        let pools = self.workload.pools.iter().zip(&self.busy);
-        let counters = self.scheduler.counters();
-        Report {
-            policy: self.options.policy.name(),
-            seed: self.options.seed,
-            horizon_ns: self.options.horizon_ns,
-            tasks: named.map(|(task, log)| summarise(&task.name, log, self.horizon, self.horizon)).collect(),
-            nodes_missed: self.nodes_missed,
-            units_dispatched: counters.units,
-            encoder_runs_saved: counters.encoder_runs_saved,
-            pools: pools
-                .map(|(p, busy)| PoolMetrics { name: p.name.clone(), lanes: p.lanes, busy_ns: *busy })
-                .collect(),
-            schedule: self.options.schedule.then_some(rows),
-            sheds: self.options.schedule.then_some(self.sheds),
-        }
-    }
-}
-
-/// Pool of a node by the file, for rows without a lane.
-fn pool_of_node(node: &Numbered) -> usize {
-    match &node.role {
-        build::Role::Plain(part) | build::Role::Encoder(part) | build::Role::Decoder { part, .. } => {
-            part.pool
-        }
-        build::Role::Coarse(stage) => stage.encoder.pool,
     }
 }
 

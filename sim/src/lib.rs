@@ -5,6 +5,7 @@
 mod execution;
 mod host;
 mod report;
+mod rows;
 
 pub use execution::Execution;
 pub use host::{Options, SimError, simulate};

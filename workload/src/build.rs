@@ -4,10 +4,11 @@
 //! Numbers follow the file: nodes of a task in order, refined stages expanded in place, nodes of events after
 //! all others. They are never reused, so a number means the same node in every version of the graph.
 
+pub use crate::change::{Change, Step, apply};
 use crate::model::{Arrival, Node as FileNode, Part, Stage, Task, Work, Workload};
 use red_core::{
-    AddTaskError, Bytes, Capacity, CommitError, Config, Contention, Dag, Duration, EdgeError, Frame, Instant,
-    Node, NodeError, NodeId, PoolId, Scheduler, SensorId, TaskId, Timing, Wcet, refine,
+    AddTaskError, Bytes, Capacity, Config, Contention, Dag, Duration, EdgeError, Frame, Instant, Node,
+    NodeError, NodeId, PoolId, Scheduler, SensorId, TaskId, Timing, Wcet, refine,
 };
 use std::collections::{BTreeMap, HashMap};
 use std::fmt;
@@ -37,28 +38,6 @@ pub struct Numbered {
     pub name: String,
     /// What it does.
     pub role: Role,
-}
-
-/// A change of a task's graph: all its events of one instant, which make one version.
-#[derive(Clone, Debug)]
-pub struct Change {
-    /// When.
-    pub at: Instant,
-    /// Which task, in file order.
-    pub task: usize,
-    /// The events, in file order.
-    pub steps: Vec<Step>,
-}
-
-/// One event, in numbers: removals come before additions.
-#[derive(Clone, Debug, Default)]
-pub struct Step {
-    /// Nodes that disappear.
-    pub removed: Vec<NodeId>,
-    /// Nodes that appear, with the numbers that they get.
-    pub added: Vec<(NodeId, Node)>,
-    /// Edges that appear.
-    pub edges: Vec<(NodeId, NodeId)>,
 }
 
 /// A workload as the executive takes it.
@@ -136,34 +115,6 @@ pub fn admit<C: Capacity>(
         tasks.push(id.map_err(|e| BuildError::Task(task.name.clone(), e))?);
     }
     Ok((plan, tasks))
-}
-
-/// Applies a change to a live scheduler. Allocates nothing.
-///
-/// # Errors
-/// `Busy`: two versions of the graph are in use, try again when one has drained. Others only where the change
-/// was not made for this scheduler.
-pub fn apply<C: Capacity>(
-    scheduler: &mut Scheduler<C>,
-    change: &Change,
-    task: TaskId,
-    now: Instant,
-) -> Result<(), CommitError> {
-    let mut edit = scheduler.edit(task).ok_or(CommitError::UnknownTask)?;
-    for step in &change.steps {
-        for node in &step.removed {
-            edit.remove_node(*node);
-        }
-        for (number, node) in &step.added {
-            if edit.add_node(*node) != Ok(*number) {
-                return Err(CommitError::Conflict);
-            }
-        }
-        for (from, to) in &step.edges {
-            edit.add_edge(*from, *to).map_err(|_| CommitError::Conflict)?;
-        }
-    }
-    scheduler.commit(&edit, now).map(drop)
 }
 
 /// Sub-jobs that an event's node may be named by: a node, a stage, or a part of one.

@@ -13,6 +13,7 @@
 //! each event, whether refined or not, and no sum over a task overflows.
 
 pub mod build;
+mod change;
 mod error;
 mod file;
 #[cfg(test)]

@@ -3,12 +3,12 @@
 use super::Scheduler;
 use super::action::{Outcome, ShedReason};
 use super::event::EventKind;
+use super::rank::Rank;
 use super::version::Version;
 use crate::capacity::{Capacity, Empty};
 use crate::graph::{Node, NodeSet};
 use crate::id::{JobId, TaskId};
 use crate::policy::frame_cache::CaptureSource;
-use crate::ready_queue::Rank;
 use crate::time::Instant;
 use core::hint::cold_path;
 

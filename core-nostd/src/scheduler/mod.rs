@@ -32,6 +32,7 @@
 //! | `commit` | O(nodes log nodes + edges) |
 
 pub(crate) mod action;
+mod admit;
 pub(crate) mod complete;
 mod dispatch;
 pub(crate) mod edit;
@@ -44,6 +45,7 @@ mod outlook;
 mod outputs;
 pub(crate) mod pools;
 mod preempt;
+mod rank;
 pub(crate) mod release;
 mod shed;
 pub(crate) mod status;

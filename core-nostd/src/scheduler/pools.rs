@@ -1,9 +1,10 @@
 //! Pools of lanes, and the sensors whose captures jobs share.
 
 use super::Scheduler;
+use super::rank::Rank;
 use crate::capacity::{Capacity, Empty};
 use crate::id::{PoolId, SensorId};
-use crate::ready_queue::{Entry, Rank, ReadyQueue};
+use crate::ready_queue::{Entry, ReadyQueue};
 use crate::time::{Bytes, Duration};
 
 crate::capacity::stored! {

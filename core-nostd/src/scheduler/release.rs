@@ -3,11 +3,11 @@
 use super::Scheduler;
 use super::event::EventKind;
 use super::jobs::Job;
+use super::rank::Rank;
 use crate::capacity::{Capacity, Empty};
 use crate::config::{BestCase, Gate};
 use crate::id::{JobId, TaskId};
 use crate::policy::frame_cache::CaptureSource;
-use crate::ready_queue::Rank;
 use crate::time::Instant;
 use core::hint::cold_path;
 

@@ -88,7 +88,8 @@ impl<C: Capacity> Scheduler<C> {
         let (slot, rank) = (usize::from(l.slot), usize::from(l.rank));
         let node = self.node(slot, rank);
         let key = self.jobs[slot].key_of(self.version(slot), rank, self.config.residual());
-        let offset = if self.config.rule == crate::DeadlineRule::LatestStart { node.cost() } else { 0 };
+        let offset =
+            if self.config.rule == crate::deadlines::DeadlineRule::LatestStart { node.cost() } else { 0 };
         Some(Unit {
             first: self.member(slot, rank),
             lane: LaneId::new(lane as u8),

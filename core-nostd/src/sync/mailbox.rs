@@ -113,33 +113,5 @@ impl<T, const N: usize> Drop for Post<'_, T, N> {
     }
 }
 
-#[cfg(all(test, not(loom)))]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn nothing_is_lost_and_nothing_comes_twice() {
-        let mailbox = Mailbox::<u32, 4>::new();
-        std::thread::scope(|s| {
-            s.spawn(|| {
-                let post = mailbox.claim().unwrap();
-                for letter in 0..10_000 {
-                    while post.push(letter).is_err() {
-                        std::thread::yield_now();
-                    }
-                }
-            });
-            let mut next = 0;
-            while next < 10_000 {
-                match mailbox.pop() {
-                    Some(letter) => {
-                        assert_eq!(letter, next);
-                        next += 1;
-                    }
-                    None => std::thread::yield_now(),
-                }
-            }
-        });
-        assert_eq!(mailbox.pop(), None);
-    }
-}
+#[cfg(test)]
+mod tests;

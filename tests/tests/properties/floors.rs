@@ -36,8 +36,8 @@ proptest! {
             let permits = floor.permits(job);
             prop_assert!(!permits || !is_violated(&after, m, k), "job {job} after {dropped:?}");
             // What lies further back than a floor remembers is kept rather than judged.
-            let last = dropped.iter().copied().max().unwrap_or(0).max(job);
-            if last < MEMORY || job + MEMORY >= last + u64::from(k) {
+            let last = dropped.iter().copied().max().unwrap_or(0);
+            if last.saturating_sub(job) + u64::from(k) <= MEMORY {
                 prop_assert_eq!(permits, !is_violated(&after, m, k));
             }
             if permits {

@@ -1,0 +1,31 @@
+//! The key of the pools' queues: a total order of jobs by their most pressing ready nodes.
+
+crate::capacity::stored! {
+    /// Key of the scheduler's queues: absolute key, then release, then task order, then job index.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+    pub(crate) struct Rank {
+        key: i64,
+        release: u64,
+        /// Task order in the high 8 bits, job index below.
+        tie: u64,
+    }
+}
+
+impl Rank {
+    #[inline(always)]
+    pub(crate) const fn new(key: i64, release: u64, tie: u64) -> Self {
+        Self { key, release, tie }
+    }
+
+    pub(crate) const fn tie(task_order: u8, job_index: u64) -> u64 {
+        (task_order as u64) << 56 | (job_index & ((1 << 56) - 1))
+    }
+
+    /// The job index in a tie.
+    pub(crate) const fn index_in(tie: u64) -> u64 {
+        tie & ((1 << 56) - 1)
+    }
+}
+
+#[cfg(test)]
+mod tests;

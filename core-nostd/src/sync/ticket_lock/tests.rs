@@ -1,0 +1,21 @@
+use super::*;
+
+#[test]
+fn increments_of_two_threads_all_count() {
+    let counter = TicketLock::new(0u32);
+    std::thread::scope(|s| {
+        for _ in 0..2 {
+            s.spawn(|| (0..10_000).for_each(|_| counter.with(|n| *n += 1)));
+        }
+    });
+    assert_eq!(counter.with(|n| *n), 20_000);
+}
+
+#[test]
+fn a_panic_inside_does_not_block_the_next() {
+    let lock = TicketLock::new(0);
+    let panicked =
+        std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| lock.with(|_| panic!("planted"))));
+    assert!(panicked.is_err());
+    assert_eq!(lock.with(|n| *n), 0);
+}
