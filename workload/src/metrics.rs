@@ -174,9 +174,9 @@ pub fn summarise(name: &str, log: &TaskLog, until: Instant, end: Instant) -> Tas
                 metrics.completed += 1;
                 let late = at.saturating_sub(job.deadline_ns);
                 if late == 0 {
-                    metrics.on_time += 1
+                    metrics.on_time += 1;
                 } else {
-                    metrics.missed += 1
+                    metrics.missed += 1;
                 }
                 responses.push(at.saturating_sub(job.release_ns));
                 tardiness.push(late);

@@ -109,7 +109,7 @@ impl<C: Capacity> Version<C> {
         match sorted.as_mut().get_mut(..len) {
             Some(used) if fits => used.sort_unstable(),
             Some(used) => {
-                used.sort_unstable_by_key(|packed| (key[usize::from(*packed as u8)], *packed as u8))
+                used.sort_unstable_by_key(|packed| (key[usize::from(*packed as u8)], *packed as u8));
             }
             None => {}
         }
