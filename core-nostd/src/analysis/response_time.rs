@@ -9,7 +9,7 @@
 
 use super::{Bound, Certificate};
 use crate::capacity::{Capacity, Empty};
-use crate::graph::{Dag, Levels, critical_path};
+use crate::graph::{Dag, Levels};
 use crate::time::{Bytes, Duration};
 
 /// Bounds the response time of `dag`. `limit` is min(D, T); `lanes` and `budgets` are by pool.
@@ -44,30 +44,21 @@ pub(crate) fn bound_by_levels<C: Capacity>(
 ) -> Certificate {
     let lanes_of = |pool: usize| lanes.get(pool).map_or(1, |m| u64::from((*m).max(1)));
     let mut per_pool = <C::Pools<u64>>::EMPTY;
-    let mut used = 0u32;
+    let (mut used, mut longest) = (0u32, 0);
     for i in levels.places() {
+        longest = longest.max(levels.paths()[i]);
         per_pool[dag.at(i).pool.index()] += dag.at(i).cost();
         used |= 1 << dag.at(i).pool.index();
     }
     let pools = || (0..C::POOLS).filter(move |p| used >> p & 1 != 0);
     let widest = pools().map(lanes_of).max().unwrap_or(1);
-    let longest = critical_path(dag, levels);
     let (bound, response) = if used.count_ones() > 1 {
         let scaled = u128::from(longest) * u128::from(widest - 1) / u128::from(widest);
         let shares = pools().fold(0u64, |sum, p| sum.saturating_add(per_pool[p].div_ceil(lanes_of(p))));
         (Bound::SeveralPools, (scaled as u64 + 1).saturating_add(shares))
     } else {
-        let mut rest = dag.work() - longest;
-        let mut paths = Peeler::new(dag, levels);
-        let mut best = (Bound::Graham, longest + rest.div_ceil(widest));
-        for j in 1..widest {
-            rest -= paths.peel(dag, levels);
-            let value = longest + rest.div_ceil(widest - j);
-            if value < best.1 {
-                best = (Bound::LongPath { paths: j as u8 }, value);
-            }
-        }
-        best
+        let graham = (Bound::Graham, longest + (dag.work() - longest).div_ceil(widest));
+        if widest == 1 { graham } else { long_path(dag, levels, widest, graham) }
     };
     Certificate {
         bound,
@@ -84,6 +75,26 @@ pub(crate) fn bound_by_levels<C: Capacity>(
                 .is_none_or(|budget| never_waits_for_memory(dag, p, lanes_of(p), budget))
         }),
     }
+}
+
+/// The long-path bound of the number of paths that makes it least, where it is below `graham`.
+fn long_path<C: Capacity>(
+    dag: &Dag<C>,
+    levels: &Levels<C>,
+    widest: u64,
+    graham: (Bound, u64),
+) -> (Bound, u64) {
+    let mut paths = Peeler::new(dag, levels);
+    let longest = paths.longest(levels);
+    let (mut rest, mut best) = (dag.work() - longest, graham);
+    for j in 1..widest {
+        rest -= paths.peel(dag, levels);
+        let value = longest + rest.div_ceil(widest - j);
+        if value < best.1 {
+            best = (Bound::LongPath { paths: j as u8 }, value);
+        }
+    }
+    best
 }
 
 /// Takes the longest path away again and again; nodes on it cost nothing afterwards.

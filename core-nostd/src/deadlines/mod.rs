@@ -75,23 +75,22 @@ impl<C: Capacity> SubDeadlines<C> {
         lanes: &[u8],
     ) -> Self {
         let d = deadline.as_nanos();
-        let mut due = <C::Nodes<i64>>::EMPTY;
+        let mut new = Self { due: Empty::EMPTY, key: Empty::EMPTY };
+        let due = &mut new.due;
         match rule {
             DeadlineRule::EndToEnd => levels.places().for_each(|i| due[i] = d.cast_signed()),
             DeadlineRule::LevelSum | DeadlineRule::LevelGraham => {
                 let shares = shares(dag, levels, rule, deadline, lanes);
                 levels.places().for_each(|i| due[i] = shares.end(levels.height(NodeId::new(i as u8))));
             }
-            DeadlineRule::PathProportional => path::proportional(dag, levels, d, &mut due),
+            DeadlineRule::PathProportional => path::proportional(dag, levels, d, due),
             DeadlineRule::LatestFinish | DeadlineRule::LatestStart => {
-                path::latest_finish(dag, levels, d, &mut due);
+                path::latest_finish(dag, levels, d, due);
             }
         }
-        let mut key = due;
-        if rule == DeadlineRule::LatestStart {
-            levels.places().for_each(|i| key[i] = path::before(due[i], dag.at(i).cost()));
-        }
-        Self { due, key }
+        let early = |i: usize| if rule == DeadlineRule::LatestStart { dag.at(i).cost() } else { 0 };
+        levels.places().for_each(|i| new.key[i] = path::before(new.due[i], early(i)));
+        new
     }
 
     /// When the node should have ended.

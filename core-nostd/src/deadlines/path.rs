@@ -16,8 +16,8 @@ pub(crate) const fn before(at: i64, span: u64) -> i64 {
 }
 
 pub(super) fn latest_finish<C: Capacity>(dag: &Dag<C>, levels: &Levels<C>, d: u64, due: &mut C::Nodes<i64>) {
-    let tail = tails(dag, levels);
-    levels.places().for_each(|i| due[i] = before(d.cast_signed(), tail[i]));
+    let tail = |i: usize| levels.paths()[i] - dag.at(i).cost();
+    levels.places().for_each(|i| due[i] = before(d.cast_signed(), tail(i)));
 }
 
 pub(super) fn proportional<C: Capacity>(dag: &Dag<C>, levels: &Levels<C>, d: u64, due: &mut C::Nodes<i64>) {

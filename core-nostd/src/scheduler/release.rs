@@ -67,22 +67,20 @@ impl<C: Capacity> Scheduler<C> {
         let job = &mut self.jobs[slot];
         let generation = job.generation;
         let key = release.as_nanos().cast_signed();
-        *job = Job {
-            task: t as u8,
-            version: current,
-            generation,
-            left: version.len,
-            release,
-            deadline,
-            key,
-            tie: Rank::tie(t as u8, index),
-            capture: capture.unwrap_or(self.releases),
-            source: if capture.is_some() { CaptureSource::Host } else { CaptureSource::Job },
-            safe_until: Instant::from_nanos(key.saturating_add(version.slack).max(0).cast_unsigned()),
-            ready: version.sources,
-            ..Job::EMPTY
-        };
-        // Not part of the literal, which would then be built elsewhere and copied.
+        // Written in place: a literal of this size would be built elsewhere and copied.
+        *job = Job::EMPTY;
+        job.task = t as u8;
+        job.version = current;
+        job.generation = generation;
+        job.left = version.len;
+        job.release = release;
+        job.deadline = deadline;
+        job.key = key;
+        job.tie = Rank::tie(t as u8, index);
+        job.capture = capture.unwrap_or(self.releases);
+        job.source = if capture.is_some() { CaptureSource::Host } else { CaptureSource::Job };
+        job.safe_until = Instant::from_nanos(key.saturating_add(version.slack).max(0).cast_unsigned());
+        job.ready = version.sources;
         job.waiting_for = version.indegree;
         // Latest start before the epoch: that instant cannot be written, so the job counts as behind at once.
         let lost = key < version.slack.saturating_neg();

@@ -58,8 +58,7 @@ impl<C: Capacity> Version<C> {
         let new = self;
         new.is_plain = config.gate == Gate::Precedence;
         let assigned = SubDeadlines::by_levels(dag, levels, config.rule, deadline, lanes);
-        let key = if config.residual() { Empty::EMPTY } else { assigned.key };
-        let sorted = Self::sorted(dag, &key);
+        let sorted = Self::sorted(dag, |node| if config.residual() { 0 } else { assigned.key[node] });
         let len = dag.len();
         new.len = len as u16;
         let mut rank_of = <C::Nodes<u8>>::EMPTY;
@@ -97,11 +96,11 @@ impl<C: Capacity> Version<C> {
     ///
     /// One integer sorts faster than a pair. Where keys lie so far apart that the two do not fit one (2 years),
     /// pairs are compared.
-    fn sorted(dag: &Dag<C>, key: &C::Nodes<i64>) -> C::Nodes<u64> {
-        let first = dag.present().iter().map(|i| key[i]).min().unwrap_or(0);
+    fn sorted(dag: &Dag<C>, key: impl Fn(usize) -> i64) -> C::Nodes<u64> {
+        let first = dag.present().iter().map(&key).min().unwrap_or(0);
         let (mut sorted, mut len, mut fits) = (<C::Nodes<u64>>::EMPTY, 0, true);
         dag.present().each(|i| {
-            let span = key[i].abs_diff(first);
+            let span = key(i).abs_diff(first);
             fits &= span < 1 << 56;
             sorted[len] = (span << 8) | i as u64;
             len += 1;
@@ -109,7 +108,7 @@ impl<C: Capacity> Version<C> {
         match sorted.as_mut().get_mut(..len) {
             Some(used) if fits => used.sort_unstable(),
             Some(used) => {
-                used.sort_unstable_by_key(|packed| (key[usize::from(*packed as u8)], *packed as u8));
+                used.sort_unstable_by_key(|packed| (key(usize::from(*packed as u8)), *packed as u8));
             }
             None => {}
         }
