@@ -87,4 +87,4 @@ fn ideal(setup: &Setup<'_>) -> Result<Runner, NotRun> {
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

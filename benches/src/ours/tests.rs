@@ -1,19 +1,5 @@
 use super::*;
-
-/// One CPU for both lanes, so that the tests need no second one.
-fn machine() -> &'static Machine {
-    let machine = Machine::best_effort().map(|found| Machine { lanes: vec![found.lanes[0]; 2], ..found });
-    Box::leak(Box::new(machine.expect("the affinity of this process can be read")))
-}
-
-fn run(lanes: usize, build: fn(&Setup<'_>) -> Result<Runner, NotRun>) {
-    for graph in Graph::all() {
-        let setup = Setup { graph: &graph, lanes, body: Body::EMPTY, machine: machine() };
-        let mut samples = [0; 2];
-        let ended = build(&setup).and_then(|mut runner| runner(3, &mut samples));
-        assert!(ended.is_ok(), "{}: {ended:?}", graph.name);
-    }
-}
+use crate::peers::tests::{machine, run};
 
 #[test]
 fn one_lane_completes_every_graph_bare_and_observed() {

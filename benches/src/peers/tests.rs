@@ -1,15 +1,16 @@
-//! Every executor in Rust completes every run of every graph. C++ peers are trusted: they count nothing.
+//! Every peer in Rust completes every run of every graph. C++ peers are trusted: they count nothing.
 
 use super::*;
 use crate::graphs::Graph;
 
 /// One CPU for both lanes, so that the tests need no second one.
-fn machine() -> &'static Machine {
+pub(crate) fn machine() -> &'static Machine {
     let machine = Machine::best_effort().map(|found| Machine { lanes: vec![found.lanes[0]; 2], ..found });
     Box::leak(Box::new(machine.expect("the affinity of this process can be read")))
 }
 
-fn run(lanes: usize, build: fn(&Setup<'_>) -> Result<Runner, NotRun>) {
+/// Three runs of every graph.
+pub(crate) fn run(lanes: usize, build: fn(&Setup<'_>) -> Result<Runner, NotRun>) {
     for graph in Graph::all() {
         let setup = Setup { graph: &graph, lanes, body: Body::EMPTY, machine: machine() };
         let mut samples = [0; 2];
