@@ -120,9 +120,7 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
                 while let Some(outcome) = scheduler.take_outcome() {
                     host.ended(&outcome);
                 }
-                if host.next_at().is_some_and(|at| at <= now.as_nanos()) {
-                    host.due(scheduler, now);
-                }
+                host.due(scheduler, now);
                 while let Some(request) = requests.next() {
                     let taken = scheduler.release_at(request.task, request.at, request.capture, now);
                     host.released(

@@ -4,12 +4,14 @@ use red_core::{Capacity, Event, Instant, Outcome, ReleaseError, Scheduler, TaskI
 
 /// What the host of a run does under the scheduler's lock. Nothing here may allocate, wait or log.
 pub trait Host<C: Capacity>: Send {
-    /// When `due` wants to be called next, in nanoseconds since the start of the run.
+    /// When `due` wants to be called even if nothing else happens, in nanoseconds since the start of the run. An
+    /// instant that has passed must not be asked for again: the lane that keeps the time would not sleep.
     fn next_at(&self) -> Option<u64> {
         None
     }
 
-    /// Graph edits that are due; called before the releases of the same instant, and after jobs ended.
+    /// Graph edits that are due; called at every turn, before the releases of the same instant and after jobs
+    /// ended.
     fn due(&mut self, scheduler: &mut Scheduler<C>, now: Instant) {
         let _unused = (scheduler, now);
     }

@@ -210,7 +210,7 @@ fn the_core_has_no_floats() {
         Source::new("workload/src/metrics.rs", "let mean: f64 = 0.5;"),
     ];
     let planted = [
-        Source::new("core-nostd/src/time.rs", "fn seconds(ns: u64) -> f64 { todo!() }"),
+        Source::new("core-nostd/src/time.rs", "fn seconds(ns: u64) -> f64 { ns.into() }"),
         Source::new("core-nostd/src/policy/overload.rs", "const THETA: f32 = THETA_OF_PAPER;"),
         Source::new("core-nostd/src/policy/overload.rs", "if load > 0.9 {}"),
     ];

@@ -55,6 +55,8 @@ pub(crate) struct Notes {
     tasks: Vec<TaskId>,
     deadlines_ns: Vec<u64>,
     changes: VecDeque<Change>,
+    /// When edits were last looked at.
+    looked_at: Option<Instant>,
     live: Arc<Live>,
 }
 
@@ -76,6 +78,7 @@ impl Notes {
             tasks,
             deadlines_ns,
             changes: changes.into(),
+            looked_at: None,
             live,
         }
     }
@@ -86,19 +89,27 @@ fn add(counter: &AtomicU64) {
 }
 
 impl<C: Capacity> Host<C> for Notes {
+    /// Edits that wait for a version to drain are tried at every turn anyway: the clock brings only later ones.
     fn next_at(&self) -> Option<u64> {
-        self.changes.front().map(|change| change.at.as_nanos())
+        let later = |change: &&Change| self.looked_at.is_none_or(|looked| change.at > looked);
+        self.changes.iter().find(later).map(|change| change.at.as_nanos())
     }
 
     fn due(&mut self, scheduler: &mut Scheduler<C>, now: Instant) {
-        // Edits are applied in their order; one that waits for a version to drain is tried again at every turn.
-        while let Some(change) = self.changes.front().filter(|change| change.at <= now) {
-            let task = self.tasks[change.task];
-            if build::apply(scheduler, change, task, now) == Err(CommitError::Busy) {
-                break;
+        self.looked_at = Some(now);
+        // Edits of one task keep their order; one that is held back holds back only those of its own task.
+        let (mut held, mut i) = (0u64, 0);
+        while let Some(change) = self.changes.get(i).filter(|change| change.at <= now) {
+            let task = change.task;
+            if held >> task & 1 == 0 {
+                if build::apply(scheduler, change, self.tasks[task], now) != Err(CommitError::Busy) {
+                    // Dropping it would give memory back inside the run.
+                    std::mem::forget(self.changes.remove(i));
+                    continue;
+                }
+                held |= 1 << task;
             }
-            // Dropping it would give memory back inside the run.
-            std::mem::forget(self.changes.pop_front());
+            i += 1;
         }
     }
 
