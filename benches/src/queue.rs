@@ -3,7 +3,7 @@
 use std::hint::black_box;
 
 use orx_priority_queue::{DaryHeapOfIndices, PriorityQueue, PriorityQueueDecKey};
-use red_core::{Entry as Queued, Table};
+use red_core::Table;
 
 use crate::graphs::splitmix64;
 use crate::measure::{Entry, Runner, timed};
@@ -55,7 +55,7 @@ pub(crate) const CONTESTANTS: &[Contestant] = &[
 ];
 
 /// The core's heap, whose capacity is in its type.
-type Ours<const N: usize> = red_core::ReadyQueue<u64, Table<Queued<u64>, N>, Table<u16, N>>;
+type Ours<const N: usize> = red_core::ReadyQueue<u64, Table<u64, N>, Table<u16, N>>;
 
 impl<const N: usize> ReadyQueue for Ours<N> {
     fn with_capacity(capacity: usize) -> Self {

@@ -18,25 +18,21 @@ macro_rules! generational {
             }
 
             /// The place, counted from 0.
-            #[must_use]
             pub const fn index(self) -> usize {
                 self.index as usize
             }
 
             /// How often the place was reused.
-            #[must_use]
             pub const fn generation(self) -> u16 {
                 self.generation
             }
 
             /// One integer, for a C ABI.
-            #[must_use]
             pub const fn to_bits(self) -> u32 {
                 (self.generation as u32) << 16 | self.index as u32
             }
 
             /// Back from [`Self::to_bits`].
-            #[must_use]
             pub const fn from_bits(bits: u32) -> Self {
                 Self { index: bits as u16, generation: (bits >> 16) as u16 }
             }
@@ -66,13 +62,11 @@ macro_rules! plain {
 
         impl $t {
             /// The `index`-th, counted from 0.
-            #[must_use]
             pub const fn new(index: u8) -> Self {
                 Self(index)
             }
 
             /// Counted from 0.
-            #[must_use]
             pub const fn index(self) -> usize {
                 self.0 as usize
             }
@@ -109,25 +103,21 @@ impl UnitId {
     }
 
     /// The lane that runs it.
-    #[must_use]
     pub const fn lane(self) -> LaneId {
         LaneId(self.0 as u8)
     }
 
     /// The node, of its first member.
-    #[must_use]
     pub const fn node(self) -> NodeId {
         NodeId((self.0 >> 8) as u8)
     }
 
     /// One integer, for a C ABI.
-    #[must_use]
     pub const fn to_bits(self) -> u64 {
         self.0
     }
 
     /// Back from [`UnitId::to_bits`].
-    #[must_use]
     pub const fn from_bits(bits: u64) -> Self {
         Self(bits)
     }

@@ -55,7 +55,7 @@ pub use graph::{
 };
 pub use id::{JobId, LaneId, NodeId, PoolId, SensorId, TaskId, UnitId};
 pub use policy::{Floor, Overload, Urgency};
-pub use ready_queue::{Entry, ReadyQueue};
+pub use ready_queue::ReadyQueue;
 pub use scheduler::Scheduler;
 pub use scheduler::action::{Action, Dispatch, Outcome, ShedReason};
 pub use scheduler::complete::CompleteError;

@@ -1,24 +1,13 @@
 //! The EDF ready queue: a 4-ary heap with a position index.
 //!
 //! *Background.* EDF needs the smallest key; re-assignment and edits need to re-key and to remove an entry that
-//! is already queued, by name. *Rule.* Entries are (key, slot); `position` knows where each slot's entry is.
-//! *Why it holds.* Sifting keeps every parent at or below its children and writes `position` with every move.
+//! is already queued, by name. *Rule.* Entries are (key, slot); `places` knows where each slot's entry is.
+//! *Why it holds.* Sifting keeps every parent at or below its children and writes `places` with every move.
 //! Ties are the key's business: the scheduler's keys are total.
 //! Time bound: push, pop, re-key, remove O(log4 N); peek O(1).
 
-use crate::capacity::{Empty, Store};
+use crate::capacity::{Empty, Item, Store};
 use core::hint::select_unpredictable;
-
-/// One queued slot.
-#[derive(Clone, Copy, Debug)]
-pub struct Entry<K> {
-    key: K,
-    slot: u16,
-}
-
-impl<K: Empty> Empty for Entry<K> {
-    const EMPTY: Self = Self { key: K::EMPTY, slot: 0 };
-}
 
 /// An indexed priority queue of at most one entry per slot. Slots are small integers.
 ///
@@ -33,13 +22,13 @@ impl<K: Empty> Empty for Entry<K> {
 /// assert!(queue.is_empty());
 /// ```
 #[derive(Clone, Copy, Debug)]
-pub struct ReadyQueue<K, E: Store<Entry<K>>, P: Store<u16>>
-where
-    K: Copy + Ord + Empty + core::fmt::Debug,
-{
-    entries: E,
-    /// Slot to place in `entries`, plus one; 0 is "not queued".
-    position: P,
+pub struct ReadyQueue<K: Item + Ord, T: Store<K>, S: Store<u16>> {
+    /// By place: the keys, and apart from them, so that the keys of four children are one load each from a dense
+    /// row, whose slots they are.
+    keys: T,
+    slots: S,
+    /// By slot: its place plus one; 0 is "not queued".
+    places: S,
     len: u16,
     key: core::marker::PhantomData<K>,
 }
@@ -47,46 +36,38 @@ where
 /// Children per node. Four keep a small heap two deep and their keys on neighbouring cache lines.
 const ARITY: usize = 4;
 
-impl<K, E: Store<Entry<K>>, P: Store<u16>> ReadyQueue<K, E, P>
-where
-    K: Copy + Ord + Empty + core::fmt::Debug,
-{
+impl<K: Item + Ord, T: Store<K>, S: Store<u16>> ReadyQueue<K, T, S> {
     /// An empty queue.
-    #[must_use]
     pub const fn new() -> Self {
-        Self { entries: E::EMPTY, position: P::EMPTY, len: 0, key: core::marker::PhantomData }
+        Self { keys: T::EMPTY, slots: S::EMPTY, places: S::EMPTY, len: 0, key: core::marker::PhantomData }
     }
 
     /// Whether nothing is queued.
     #[inline(always)]
-    #[must_use]
     pub const fn is_empty(&self) -> bool {
         self.len == 0
     }
 
     /// How many are queued.
-    #[must_use]
     pub const fn len(&self) -> usize {
         self.len as usize
     }
 
     /// Whether the slot is queued.
-    #[must_use]
     pub fn contains(&self, slot: usize) -> bool {
-        self.position[slot] != 0
+        self.places[slot] != 0
     }
 
     /// The smallest key and its slot.
     #[inline(always)]
-    #[must_use]
     pub fn peek(&self) -> Option<(usize, K)> {
-        (self.len > 0).then(|| (usize::from(self.entries[0].slot), self.entries[0].key))
+        (self.len > 0).then(|| (usize::from(self.slots[0]), self.keys[0]))
     }
 
     /// Queues a slot; one that is queued already is re-keyed.
     #[inline]
     pub fn push(&mut self, slot: usize, key: K) {
-        if self.position[slot] != 0 {
+        if self.places[slot] != 0 {
             self.rekey(slot, key);
             return;
         }
@@ -100,14 +81,14 @@ where
     pub fn pop(&mut self) -> Option<(usize, K)> {
         let (slot, key) = self.peek()?;
         self.take(0);
-        self.position[slot] = 0;
+        self.places[slot] = 0;
         Some((slot, key))
     }
 
     /// Gives a queued slot another key; `false` if it is not queued.
     #[inline]
     pub fn rekey(&mut self, slot: usize, key: K) -> bool {
-        let place = self.position[slot];
+        let place = self.places[slot];
         if place == 0 {
             return false;
         }
@@ -118,15 +99,15 @@ where
     /// Takes a slot out, wherever it is.
     #[inline(always)]
     pub fn remove(&mut self, slot: usize) -> Option<K> {
-        let place = self.position[slot].checked_sub(1)?;
+        let place = self.places[slot].checked_sub(1)?;
         Some(self.remove_at(usize::from(place), slot))
     }
 
     #[inline(never)]
     fn remove_at(&mut self, place: usize, slot: usize) -> K {
-        let key = self.entries[place].key;
+        let key = self.keys[place];
         self.take(place);
-        self.position[slot] = 0;
+        self.places[slot] = 0;
         key
     }
 
@@ -136,9 +117,7 @@ where
         self.len -= 1;
         let end = self.len();
         if place < end {
-            let last = &self.entries[end];
-            let (key, slot) = (last.key, last.slot);
-            self.settle(place, key, slot);
+            self.settle(place, self.keys[end], self.slots[end]);
         }
     }
 
@@ -146,32 +125,29 @@ where
     #[inline(always)]
     fn settle(&mut self, place: usize, key: K, slot: u16) {
         let parent = (place.max(1) - 1) / ARITY;
-        if place > 0 && key < self.entries[parent].key {
+        if place > 0 && key < self.keys[parent] {
             self.rise(place, key, slot);
         } else {
             self.sink(place, key, slot);
         }
     }
 
-    /// Key and slot are stored one by one: an entry that is copied whole is loaded by one wide load, which waits
-    /// for narrow stores before it.
     #[inline(always)]
     fn put(&mut self, place: usize, key: K, slot: u16) {
-        let entry = &mut self.entries[place];
-        entry.key = key;
-        entry.slot = slot;
-        self.position[usize::from(slot)] = place as u16 + 1;
+        self.keys[place] = key;
+        self.slots[place] = slot;
+        self.places[usize::from(slot)] = place as u16 + 1;
     }
 
     #[inline(always)]
     fn rise(&mut self, mut hole: usize, key: K, slot: u16) {
         while hole > 0 {
             let parent = (hole - 1) / ARITY;
-            let Entry { key: above, slot: its_slot } = self.entries[parent];
+            let above = self.keys[parent];
             if above <= key {
                 break;
             }
-            self.put(hole, above, its_slot);
+            self.put(hole, above, self.slots[parent]);
             hole = parent;
         }
         self.put(hole, key, slot);
@@ -182,20 +158,21 @@ where
         let len = self.len();
         loop {
             let first = hole * ARITY + 1;
-            let at = |place: usize, child: &Entry<K>| (first + place, child.key);
-            let (least, below) = match self.entries.as_ref().get(first..(first + ARITY).min(len)) {
-                Some([a, b, c, d]) => lesser(lesser(at(0, a), at(1, b)), lesser(at(2, c), at(3, d))),
+            let (least, below) = match self.keys.as_ref().get(first..(first + ARITY).min(len)) {
+                Some(&[a, b, c, d]) => {
+                    let (ab, cd) = (usize::from(b < a), usize::from(d < c));
+                    lesser((first + ab, b.min(a)), (first + 2 + cd, d.min(c)))
+                }
                 Some([a, rest @ ..]) => rest
                     .iter()
-                    .enumerate()
-                    .fold(at(0, a), |least, (i, child)| lesser(least, at(i + 1, child))),
+                    .zip(first + 1..)
+                    .fold((first, *a), |least, (k, place)| lesser(least, (place, *k))),
                 _ => break,
             };
             if key <= below {
                 break;
             }
-            let its_slot = self.entries[least].slot;
-            self.put(hole, below, its_slot);
+            self.put(hole, below, self.slots[least]);
             hole = least;
         }
         self.put(hole, key, slot);
@@ -209,19 +186,13 @@ fn lesser<K: Copy + Ord>(one: (usize, K), other: (usize, K)) -> (usize, K) {
     (select_unpredictable(is_less, other.0, one.0), select_unpredictable(is_less, other.1, one.1))
 }
 
-impl<K, E: Store<Entry<K>>, P: Store<u16>> Default for ReadyQueue<K, E, P>
-where
-    K: Copy + Ord + Empty + core::fmt::Debug,
-{
+impl<K: Item + Ord, T: Store<K>, S: Store<u16>> Default for ReadyQueue<K, T, S> {
     fn default() -> Self {
         Self::new()
     }
 }
 
-impl<K, E: Store<Entry<K>>, P: Store<u16>> Empty for ReadyQueue<K, E, P>
-where
-    K: Copy + Ord + Empty + core::fmt::Debug,
-{
+impl<K: Item + Ord, T: Store<K>, S: Store<u16>> Empty for ReadyQueue<K, T, S> {
     const EMPTY: Self = Self::new();
 }
 

@@ -86,7 +86,6 @@ impl<C: Capacity, L: Exclusive<Scheduler<C>>, const PRODUCERS: usize, const DEPT
     SharedScheduler<C, L, PRODUCERS, DEPTH>
 {
     /// Shares a scheduler.
-    #[must_use]
     pub fn new(scheduler: Scheduler<C>) -> Self {
         Self {
             lock: L::new(scheduler),

@@ -66,13 +66,11 @@ impl Instant {
     pub const MAX: Self = Self(u64::MAX);
 
     /// From nanoseconds since the epoch.
-    #[must_use]
     pub const fn from_nanos(ns: u64) -> Self {
         Self(ns)
     }
 
     /// Nanoseconds since the epoch.
-    #[must_use]
     pub const fn as_nanos(self) -> u64 {
         self.0
     }
@@ -116,31 +114,26 @@ impl Duration {
     pub const ZERO: Self = Self(0);
 
     /// From nanoseconds.
-    #[must_use]
     pub const fn from_nanos(ns: u64) -> Self {
         Self(ns)
     }
 
     /// From microseconds, saturating.
-    #[must_use]
     pub const fn from_micros(us: u64) -> Self {
         Self(us.saturating_mul(1_000))
     }
 
     /// From milliseconds, saturating.
-    #[must_use]
     pub const fn from_millis(ms: u64) -> Self {
         Self(ms.saturating_mul(1_000_000))
     }
 
     /// From seconds, saturating.
-    #[must_use]
     pub const fn from_secs(s: u64) -> Self {
         Self(s.saturating_mul(1_000_000_000))
     }
 
     /// Nanoseconds.
-    #[must_use]
     pub const fn as_nanos(self) -> u64 {
         self.0
     }
@@ -169,19 +162,16 @@ impl Duration {
 
 impl SignedDuration {
     /// From nanoseconds.
-    #[must_use]
     pub const fn from_nanos(ns: i64) -> Self {
         Self(ns)
     }
 
     /// Nanoseconds.
-    #[must_use]
     pub const fn as_nanos(self) -> i64 {
         self.0
     }
 
     /// The positive part: tardiness from lateness.
-    #[must_use]
     pub const fn positive(self) -> Duration {
         Duration(if self.0 > 0 { self.0.cast_unsigned() } else { 0 })
     }
@@ -194,31 +184,26 @@ macro_rules! of_duration {
             pub const ZERO: Self = Self(Duration::ZERO);
 
             /// From a duration.
-            #[must_use]
             pub const fn new(d: Duration) -> Self {
                 Self(d)
             }
 
             /// From milliseconds, saturating.
-            #[must_use]
             pub const fn from_millis(ms: u64) -> Self {
                 Self(Duration::from_millis(ms))
             }
 
             /// From nanoseconds.
-            #[must_use]
             pub const fn from_nanos(ns: u64) -> Self {
                 Self(Duration::from_nanos(ns))
             }
 
             /// As a duration.
-            #[must_use]
             pub const fn get(self) -> Duration {
                 self.0
             }
 
             /// In nanoseconds.
-            #[must_use]
             pub const fn as_nanos(self) -> u64 {
                 self.0.as_nanos()
             }

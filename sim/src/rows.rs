@@ -9,7 +9,7 @@ use red_workload::metrics::summarise;
 impl Host<'_> {
     /// Hits outside of a dispatch; everything else is told by actions.
     pub(crate) fn note_events(&mut self) {
-        while let Some(event) = self.scheduler.take_event() {
+        while let Some(event) = self.scheduler.take_event().copied() {
             if event.kind == EventKind::Hit {
                 self.row(&event, None, event.at.as_nanos());
             }
@@ -18,7 +18,7 @@ impl Host<'_> {
 
     /// Members of the unit that just started, and hits that its start allowed.
     pub(crate) fn note_rows(&mut self, finish: u64) {
-        while let Some(event) = self.scheduler.take_event() {
+        while let Some(event) = self.scheduler.take_event().copied() {
             match event.kind {
                 EventKind::Started => self.row(&event, Some(event.lane.index()), finish),
                 EventKind::Hit => self.row(&event, None, event.at.as_nanos()),
@@ -28,7 +28,7 @@ impl Host<'_> {
     }
 
     pub(crate) fn note_preempted(&mut self, now: u64, left: u64) {
-        while let Some(event) = self.scheduler.take_event() {
+        while let Some(event) = self.scheduler.take_event().copied() {
             if event.kind != EventKind::Preempted {
                 continue;
             }

@@ -152,10 +152,10 @@ fn pool_errors() -> Vec<String> {
 fn sensor_errors() -> Vec<String> {
     let (mut scheduler, task) = scheduler(Config::REDRT);
     let zero = refused(&mut scheduler, |s| s.add_sensor(Duration::ZERO));
-    for n in [1, 2, 2] {
-        scheduler.add_sensor(Duration::from_millis(n)).expect("as many periods as tasks");
+    for n in (1..=4).chain([1]) {
+        scheduler.add_sensor(Duration::from_millis(n)).expect("as many periods as nodes");
     }
-    let full = refused(&mut scheduler, |s| s.add_sensor(Duration::from_millis(3)));
+    let full = refused(&mut scheduler, |s| s.add_sensor(Duration::from_secs(1)));
     runs_on(&mut scheduler, task, ms(0));
     vec![zero, full]
 }
@@ -210,7 +210,7 @@ fn release_errors() -> Vec<String> {
     while scheduler.take_event().is_some() {}
     names.push(refused_but(&mut scheduler, |s| s.release(task, ms(0))));
     assert_eq!(seen(&scheduler), before);
-    let noted = scheduler.take_event();
+    let noted = scheduler.take_event().copied();
     assert!(matches!(noted, Some(Event { kind: EventKind::Refused, job: 2, .. })), "{noted:?}");
     assert!(scheduler.take_event().is_none());
     assert_eq!([0, 1].map(|index| scheduler.job_id(task, index)), jobs.map(Some));

@@ -44,13 +44,11 @@ pub struct Certificate {
 
 impl Certificate {
     /// Whether the bound is met.
-    #[must_use]
     pub const fn fits(&self) -> bool {
         self.response.as_nanos() <= self.limit.as_nanos()
     }
 
     /// Limit less bound; negative by what is missing.
-    #[must_use]
     pub const fn margin(&self) -> SignedDuration {
         let (limit, response) = (self.limit.as_nanos(), self.response.as_nanos());
         SignedDuration::from_nanos(if limit >= response {

@@ -34,7 +34,6 @@ crate::capacity::stored! {
 
 impl Estimator {
     /// No sample yet; `node` says how long samples may be.
-    #[must_use]
     pub const fn new(node: &Node) -> Self {
         let bits = u64::BITS - node.wcet.as_nanos().leading_zeros();
         Self { shift: bits.saturating_sub(u32::BITS) as u8, ..Self::EMPTY }
@@ -46,11 +45,11 @@ impl Estimator {
         let scaled = executed.as_nanos() >> self.shift;
         let next = usize::from(self.taken) % WINDOW;
         self.samples[next] = if scaled > u64::from(u32::MAX) { u32::MAX } else { scaled as u32 };
-        self.taken = if self.taken == 2 * WINDOW as u8 - 1 { WINDOW as u8 } else { self.taken + 1 };
+        // From 8 on the bit of 8 stays: 15 is followed by 8.
+        self.taken = ((self.taken + 1) | (self.taken & WINDOW as u8)) % (2 * WINDOW as u8);
     }
 
     /// Mean, rounded down.
-    #[must_use]
     pub fn mean(&self) -> Option<Duration> {
         let sum: u64 = self.taken().map(u64::from).sum();
         let len = self.len() as u64;
@@ -58,13 +57,11 @@ impl Estimator {
     }
 
     /// Shortest: the best case that was seen.
-    #[must_use]
     pub fn minimum(&self) -> Option<Duration> {
         self.taken().min().map(|s| self.unscale(u64::from(s)))
     }
 
     /// Longest.
-    #[must_use]
     pub fn maximum(&self) -> Option<Duration> {
         self.taken().max().map(|s| self.unscale(u64::from(s)))
     }

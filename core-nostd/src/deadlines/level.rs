@@ -26,38 +26,32 @@ pub struct LevelShares<C: Capacity> {
 
 impl<C: Capacity> LevelShares<C> {
     /// Number of levels.
-    #[must_use]
     pub const fn count(&self) -> usize {
         self.count
     }
 
     /// End of level `h`, in nanoseconds after the release.
-    #[must_use]
     pub fn end(&self, h: usize) -> i64 {
         self.ends[h].cast_signed()
     }
 
     /// Length of level `h`'s share in nanoseconds.
-    #[must_use]
     pub fn share(&self, h: usize) -> u64 {
         self.ends[h] - if h == 0 { 0 } else { self.ends[h - 1] }
     }
 
     /// Cost of level `h`: S_h in nanoseconds.
-    #[must_use]
     pub fn cost(&self, h: usize) -> u64 {
         self.costs[h]
     }
 
     /// Graham's bound of level `h`: g_h in nanoseconds.
-    #[must_use]
     pub fn graham(&self, h: usize) -> u64 {
         self.graham[h]
     }
 }
 
 /// Divides `deadline` among the levels by `rule` (LevelGraham, else LevelSum). Time bound: O(nodes * pools).
-#[must_use]
 pub fn shares<C: Capacity>(
     dag: &Dag<C>,
     levels: &Levels<C>,

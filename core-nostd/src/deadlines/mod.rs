@@ -33,7 +33,6 @@ pub enum DeadlineRule {
 
 impl DeadlineRule {
     /// Whether the rule divides D among levels, so that re-assignment over the residual graph applies.
-    #[must_use]
     pub const fn is_level(self) -> bool {
         matches!(self, Self::LevelSum | Self::LevelGraham)
     }
@@ -61,7 +60,6 @@ pub struct SubDeadlines<C: Capacity> {
 impl<C: Capacity> SubDeadlines<C> {
     /// Applies `rule`. `lanes` is the number of lanes of each pool, by pool. Time bound: O(nodes + edges +
     /// nodes * pools).
-    #[must_use]
     pub fn assign(dag: &Dag<C>, rule: DeadlineRule, deadline: Duration, lanes: &[u8]) -> Self {
         Self::by_levels(dag, &Levels::of(dag), rule, deadline, lanes)
     }
@@ -94,13 +92,11 @@ impl<C: Capacity> SubDeadlines<C> {
     }
 
     /// When the node should have ended.
-    #[must_use]
     pub fn sub_deadline(&self, node: NodeId) -> i64 {
         if node.index() < C::NODES { self.due[node.index()] } else { 0 }
     }
 
     /// What the ready queue orders by: the sub-deadline, under `LatestStart` less the node's cost.
-    #[must_use]
     pub fn key(&self, node: NodeId) -> i64 {
         if node.index() < C::NODES { self.key[node.index()] } else { 0 }
     }

@@ -54,7 +54,6 @@ crate::error::errors! {
 
 impl<C: Capacity> Dag<C> {
     /// A graph without nodes.
-    #[must_use]
     pub const fn new() -> Self {
         Self::EMPTY
     }
@@ -130,13 +129,11 @@ impl<C: Capacity> Dag<C> {
     }
 
     /// Whether `node` is in this graph.
-    #[must_use]
     pub fn contains(&self, node: NodeId) -> bool {
         node.index() < C::NODES && self.present.contains(node.index())
     }
 
     /// The node's data, if it is in this graph.
-    #[must_use]
     pub fn node(&self, node: NodeId) -> Option<&Node> {
         self.contains(node).then(|| &self.nodes[node.index()])
     }
@@ -147,25 +144,21 @@ impl<C: Capacity> Dag<C> {
     }
 
     /// Direct successors of a node.
-    #[must_use]
     pub fn successors(&self, node: NodeId) -> NodeSet<C> {
         if self.contains(node) { self.successors[node.index()] } else { NodeSet::EMPTY }
     }
 
     /// How many nodes there are.
-    #[must_use]
     pub fn len(&self) -> usize {
         self.present.len()
     }
 
     /// Whether there is no node.
-    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.present.is_empty()
     }
 
     /// Sum of all costs in nanoseconds; it cannot overflow.
-    #[must_use]
     pub const fn work(&self) -> u64 {
         self.work
     }

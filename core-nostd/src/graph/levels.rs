@@ -30,17 +30,12 @@ pub struct Levels<C: Capacity> {
 
 impl<C: Capacity> Levels<C> {
     /// Computes the heights of `dag`.
-    #[must_use]
     pub fn of(dag: &Dag<C>) -> Self {
         let mut levels =
             Self { height: Empty::EMPTY, order: Empty::EMPTY, path: Empty::EMPTY, len: 0, count: 0 };
         let mut left = *dag.indegree();
         let mut open = NodeSet::<C>::EMPTY;
-        dag.present().each(|i| {
-            if left[i] == 0 {
-                open.insert(i);
-            }
-        });
+        dag.present().each(|i| open.insert_if(i, left[i] == 0));
         // Each round takes one whole level: at most C::NODES rounds, and each edge is looked at once.
         while !open.is_empty() {
             let mut next = NodeSet::EMPTY;
@@ -51,9 +46,7 @@ impl<C: Capacity> Levels<C> {
                 levels.len += 1;
                 dag.out(i).each(|j| {
                     left[j] -= 1;
-                    if left[j] == 0 {
-                        next.insert(j);
-                    }
+                    next.insert_if(j, left[j] == 0);
                 });
             });
             levels.count += 1;
@@ -69,13 +62,11 @@ impl<C: Capacity> Levels<C> {
     }
 
     /// The node's height.
-    #[must_use]
     pub fn height(&self, node: NodeId) -> usize {
         if node.index() < C::NODES { usize::from(self.height[node.index()]) } else { 0 }
     }
 
     /// How many levels there are: the greatest height plus one, 0 for an empty graph.
-    #[must_use]
     pub const fn count(&self) -> usize {
         self.count
     }

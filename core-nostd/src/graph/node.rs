@@ -62,19 +62,16 @@ crate::capacity::stored! {
 
 impl Node {
     /// An ordinary node of the first pool without memory.
-    #[must_use]
     pub const fn new(wcet: Wcet) -> Self {
         Self { wcet, ..Self::EMPTY }
     }
 
     /// A shared encoder.
-    #[must_use]
     pub const fn shared_encoder(wcet: Wcet, frame: Frame) -> Self {
         Self { role: Role::SharedEncoder(frame), ..Self::new(wcet) }
     }
 
     /// A decoder.
-    #[must_use]
     pub const fn decoder(wcet: Wcet) -> Self {
         Self { role: Role::Decoder, ..Self::new(wcet) }
     }
@@ -104,31 +101,26 @@ impl Node {
     }
 
     /// c' = WCET + contention: the cost in every formula. Nanoseconds.
-    #[must_use]
     pub const fn cost(&self) -> u64 {
         self.wcet.as_nanos().saturating_add(self.contention.as_nanos())
     }
 
     /// What it is in a MIMONet.
-    #[must_use]
     pub const fn role(&self) -> Role {
         self.role
     }
 
     /// Its pool.
-    #[must_use]
     pub const fn pool(&self) -> PoolId {
         self.pool
     }
 
     /// Its worst-case execution time alone.
-    #[must_use]
     pub const fn wcet(&self) -> Wcet {
         self.wcet
     }
 
     /// Its footprint.
-    #[must_use]
     pub const fn footprint(&self) -> Bytes {
         self.memory
     }

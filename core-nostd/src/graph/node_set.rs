@@ -12,7 +12,6 @@ impl<C: Capacity> NodeSet<C> {
     const WORDS: usize = C::NODES.div_ceil(64);
 
     /// The set of one element.
-    #[must_use]
     pub fn only(i: usize) -> Self {
         let mut set = Self::EMPTY;
         set.insert(i);
@@ -25,6 +24,12 @@ impl<C: Capacity> NodeSet<C> {
         self.0[i / 64] |= 1 << (i % 64);
     }
 
+    /// Adds `i` where `is` holds, without a branch: for loops in which that cannot be predicted.
+    #[inline(always)]
+    pub(crate) fn insert_if(&mut self, i: usize, is: bool) {
+        self.0[i / 64] |= u64::from(is) << (i % 64);
+    }
+
     /// Takes `i` out.
     #[inline(always)]
     pub fn remove(&mut self, i: usize) {
@@ -33,27 +38,23 @@ impl<C: Capacity> NodeSet<C> {
 
     /// Whether `i` is in.
     #[inline(always)]
-    #[must_use]
     pub fn contains(&self, i: usize) -> bool {
         self.0[i / 64] >> (i % 64) & 1 != 0
     }
 
     /// Whether nothing is in.
     #[inline(always)]
-    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.0.as_ref().iter().all(|w| *w == 0)
     }
 
     /// How many are in.
-    #[must_use]
     pub fn len(&self) -> usize {
         self.0.as_ref().iter().map(|w| w.count_ones() as usize).sum()
     }
 
     /// The smallest element that is also in `mask`.
     #[inline(always)]
-    #[must_use]
     pub fn first_in(&self, mask: &Self) -> Option<usize> {
         for w in 0..Self::WORDS {
             let bits = self.0[w] & mask.0[w];
@@ -66,13 +67,11 @@ impl<C: Capacity> NodeSet<C> {
 
     /// Whether the two share an element.
     #[inline(always)]
-    #[must_use]
     pub fn meets(&self, other: &Self) -> bool {
         (0..Self::WORDS).any(|w| self.0[w] & other.0[w] != 0)
     }
 
     /// The elements of both.
-    #[must_use]
     pub fn and(&self, other: &Self) -> Self {
         let mut set = *self;
         for w in 0..Self::WORDS {
@@ -82,7 +81,6 @@ impl<C: Capacity> NodeSet<C> {
     }
 
     /// The elements that are not in `other`.
-    #[must_use]
     pub fn without(&self, other: &Self) -> Self {
         let mut set = *self;
         for w in 0..Self::WORDS {

@@ -8,7 +8,6 @@ use super::{Dag, Levels};
 use crate::capacity::{Capacity, Empty};
 
 /// Longest path cost after each node, excluding it, in nanoseconds.
-#[must_use]
 pub fn tails<C: Capacity>(dag: &Dag<C>, levels: &Levels<C>) -> C::Nodes<u64> {
     let mut tail = <C::Nodes<u64>>::EMPTY;
     levels.places().for_each(|i| tail[i] = levels.paths()[i] - dag.at(i).cost());
@@ -16,7 +15,6 @@ pub fn tails<C: Capacity>(dag: &Dag<C>, levels: &Levels<C>) -> C::Nodes<u64> {
 }
 
 /// Longest path cost up to each node, including it, in nanoseconds.
-#[must_use]
 pub fn heads<C: Capacity>(dag: &Dag<C>, levels: &Levels<C>) -> C::Nodes<u64> {
     let mut head = <C::Nodes<u64>>::EMPTY;
     for i in levels.places() {
@@ -38,7 +36,6 @@ pub fn heads<C: Capacity>(dag: &Dag<C>, levels: &Levels<C>) -> C::Nodes<u64> {
 /// assert_eq!(critical_path(&dag, &Levels::of(&dag)), 60);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[must_use]
 pub fn critical_path<C: Capacity>(dag: &Dag<C>, levels: &Levels<C>) -> u64 {
     dag.present().iter().map(|i| levels.paths()[i]).max().unwrap_or(0)
 }

@@ -32,7 +32,6 @@ crate::capacity::stored! {
 impl Floor {
     /// At least `m` of any `k`. Windows above 128 jobs are kept by a stricter rule over 128: the allowance is
     /// divided among the 128-job windows that cover k.
-    #[must_use]
     pub const fn new(m: u32, k: u32) -> Self {
         let spare = k.saturating_sub(m);
         let (window, allowed) = if k <= MEMORY { (k, spare) } else { (MEMORY, spare / k.div_ceil(MEMORY)) };
@@ -45,7 +44,6 @@ impl Floor {
     }
 
     /// Whether job `index` may be dropped by choice. Time bound: O(k), at most 128.
-    #[must_use]
     pub fn permits(&self, index: u64) -> bool {
         if self.window == 0 {
             return true;

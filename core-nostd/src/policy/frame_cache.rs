@@ -38,11 +38,26 @@ crate::capacity::stored! {
     /// One result: being computed, or kept.
     #[derive(Clone, Copy, Debug)]
     pub(crate) struct Output {
-        pub(crate) key: FrameKey,
+        number: u64,
         /// Bytes it holds of its pool once it is kept.
         pub(crate) bytes: u64,
+        weights: u16,
+        frame: u16,
+        source: CaptureSource,
         pub(crate) pool: u8,
         pub(crate) state: OutputState,
+    }
+}
+
+impl Output {
+    /// A result that is being computed. The key is stored in parts, between the others: 24 bytes instead of 32.
+    pub(crate) const fn new(key: FrameKey, pool: u8, state: OutputState) -> Self {
+        let FrameKey { number, weights, frame, source } = key;
+        Self { number, bytes: 0, weights, frame, source, pool, state }
+    }
+
+    pub(crate) const fn key(&self) -> FrameKey {
+        FrameKey { number: self.number, weights: self.weights, frame: self.frame, source: self.source }
     }
 }
 
@@ -56,8 +71,4 @@ pub(crate) enum OutputState {
     Draining,
 }
 
-crate::capacity::empty!(
-    FrameKey = Self { number: 0, weights: 0, frame: 0, source: CaptureSource::Job },
-    CaptureSource = Self::Job,
-    OutputState = Self::Free
-);
+crate::capacity::empty!(CaptureSource = Self::Job, OutputState = Self::Free);

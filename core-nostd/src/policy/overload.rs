@@ -27,7 +27,6 @@ impl Overload {
         Self { utilisation: Ppm(900_000), queue: 8, ticks: 3, tick: Duration::from_millis(5) };
 
     /// q > Q_max or U > theta over `window` on `lanes` lanes.
-    #[must_use]
     pub fn exceeded(&self, queued: usize, busy: Duration, window: Duration, lanes: u8) -> bool {
         let share = u128::from(busy.as_nanos()) * 1_000_000;
         let limit = u128::from(self.utilisation.0) * u128::from(lanes) * u128::from(window.as_nanos());
@@ -49,7 +48,6 @@ pub struct Urgency(u32);
 
 impl Urgency {
     /// From the relative sub-deadline and the time since release.
-    #[must_use]
     pub const fn of(sub_deadline: Duration, elapsed: Duration) -> Self {
         let (delta, e) = (sub_deadline.as_nanos(), elapsed.as_nanos());
         Self(if delta == 0 || e >= delta {
@@ -60,7 +58,6 @@ impl Urgency {
     }
 
     /// In parts per million.
-    #[must_use]
     pub const fn ppm(self) -> u32 {
         self.0
     }

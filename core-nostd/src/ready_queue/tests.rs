@@ -1,7 +1,7 @@
 use super::*;
 use crate::Table;
 
-type Queue = ReadyQueue<u64, Table<Entry<u64>, 16>, Table<u16, 16>>;
+type Queue = ReadyQueue<u64, Table<u64, 16>, Table<u16, 16>>;
 
 /// Every sequence of 4,000 random operations against a sorted list.
 #[test]

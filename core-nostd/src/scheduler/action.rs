@@ -49,13 +49,11 @@ pub struct Outcome {
 
 impl Outcome {
     /// Finish less deadline; negative when early.
-    #[must_use]
     pub const fn lateness(&self) -> SignedDuration {
         self.at.minus(self.deadline)
     }
 
     /// Whether all nodes completed by the deadline.
-    #[must_use]
     pub const fn on_time(&self) -> bool {
         self.shed.is_none() && self.at.as_nanos() <= self.deadline.as_nanos()
     }
@@ -85,7 +83,6 @@ pub enum ShedReason {
 
 impl ShedReason {
     /// The word that programs read.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Hopeless => "hopeless",

@@ -104,7 +104,7 @@ impl<C: Capacity> Scheduler<C> {
     #[inline(always)]
     pub(super) fn settle_one(&mut self, slot: usize, rank: usize) -> bool {
         let job = &mut self.jobs[slot];
-        let version = self.tasks[usize::from(job.task)].version_of(job);
+        let version = self.tasks[job.task.index()].version_of(job);
         job.done.insert(rank);
         job.left -= 1;
         version.successors[rank].each(|s| {
@@ -164,17 +164,21 @@ impl<C: Capacity> Scheduler<C> {
     #[inline(always)]
     fn observe(&mut self, slot: usize, node: NodeId, lane: usize) {
         let executed = self.executed_on(lane);
-        let task = &mut self.tasks[usize::from(self.jobs[slot].task)];
+        let task = &mut self.tasks[self.jobs[slot].task.index()];
         task.estimates[node.index()].push(executed);
-        if executed > task.nodes[node.index()].wcet.get() {
-            cold_path();
+        let overran = executed > task.nodes[node.index()].wcet.get();
+        if overran | (self.monitor.behind != 0) {
+            self.look_closer(slot, node, lane, overran);
+        }
+    }
+
+    #[cold]
+    fn look_closer(&mut self, slot: usize, node: NodeId, lane: usize, overran: bool) {
+        if overran {
             self.counters.overruns += 1;
             self.note_node(EventKind::Overran, slot, node, lane);
         }
-        if self.monitor.behind != 0 {
-            cold_path();
-            // A shorter window minimum may have left: what was safe by it is looked at again.
-            self.alarm = Instant::ZERO;
-        }
+        // A shorter window minimum may have left: jobs that were safe by it are looked at again.
+        self.alarm = Instant::ZERO;
     }
 }

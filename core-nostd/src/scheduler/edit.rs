@@ -91,7 +91,6 @@ impl<C: Capacity> Edit<C> {
     }
 
     /// The graph as it would be.
-    #[must_use]
     pub const fn dag(&self) -> &Dag<C> {
         &self.dag
     }

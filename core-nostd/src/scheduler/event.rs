@@ -61,33 +61,42 @@ crate::capacity::stored! {
     #[derive(Clone, Copy, Debug)]
     pub(super) struct Record<C: Capacity> {
         ring: C::Events<Event>,
-        first: u32,
-        len: u32,
+        /// Events ever kept, and how many of them there may be until one is taken.
+        kept: u64,
+        limit: u64,
         dropped: u64,
     }
 }
 
 impl<C: Capacity> Record<C> {
+    const fn place(count: u64) -> usize {
+        (count % if C::EVENTS > 0 { C::EVENTS as u64 } else { 1 }) as usize
+    }
+
+    /// To be called once, on a record that is empty.
+    pub(super) const fn open(&mut self) {
+        self.limit = C::EVENTS as u64;
+    }
+
     #[inline(always)]
     fn push(&mut self, event: Event) {
-        let place = (self.first as usize + self.len as usize) % C::EVENTS.max(1);
-        match self.ring.as_mut().get_mut(place) {
-            Some(free) if (self.len as usize) < C::EVENTS => {
+        match self.ring.as_mut().get_mut(Self::place(self.kept)) {
+            Some(free) if self.kept != self.limit => {
                 *free = event;
-                self.len += 1;
+                self.kept += 1;
             }
             _ => self.dropped += 1,
         }
     }
 
-    pub(super) fn take(&mut self) -> Option<Event> {
-        if self.len == 0 {
+    #[inline]
+    pub(super) fn take(&mut self) -> Option<&Event> {
+        let taken = self.limit.saturating_sub(C::EVENTS as u64);
+        if taken == self.kept {
             return None;
         }
-        let event = *self.ring.as_ref().get(self.first as usize)?;
-        self.first = (self.first + 1) % (C::EVENTS.max(1) as u32);
-        self.len -= 1;
-        Some(event)
+        self.limit += 1;
+        self.ring.as_ref().get(Self::place(taken))
     }
 
     pub(super) const fn dropped(&self) -> u64 {
@@ -110,10 +119,8 @@ impl<C: Capacity> Scheduler<C> {
     pub(super) fn note_node(&mut self, kind: EventKind, slot: usize, node: NodeId, lane: usize) {
         if C::EVENTS > 0 {
             let job = &self.jobs[slot];
-            let task = usize::from(job.task);
-            let (job, task) = (job.index(), TaskId::new(task, self.tasks[task].generation));
             let lane = LaneId::new(lane as u8);
-            self.record.push(Event { at: self.now, job, kind, task, node, lane });
+            self.record.push(Event { at: self.now, job: job.index, kind, task: job.task, node, lane });
         }
     }
 

@@ -16,9 +16,9 @@ crate::capacity::stored! {
     #[derive(Clone, Copy, Debug)]
     #[repr(C)] // What every completion touches comes first.
     pub(super) struct Job<C: Capacity> {
-        pub(super) task: u8,
-        pub(super) version: u8,
+        pub(super) task: TaskId,
         pub(super) generation: u16,
+        pub(super) version: u8,
         /// Nodes that are not done.
         pub(super) left: u16,
         /// Whether a node started, or a result was taken.
@@ -40,8 +40,8 @@ crate::capacity::stored! {
         pub(super) deadline: Instant,
         /// Key that all ready nodes share, under residual re-assignment.
         pub(super) key: i64,
-        /// Task order and job index, as [`Rank`] wants them.
-        pub(super) tie: u64,
+        /// The how-manieth job of its task.
+        pub(super) index: u64,
         /// The capture it reads, by number.
         pub(super) capture: u64,
         /// After this instant it may have become hopeless.
@@ -64,11 +64,6 @@ impl<C: Capacity> Job<C> {
         all.without(&self.done)
     }
 
-    /// The how-manieth job of its task.
-    pub(super) const fn index(&self) -> u64 {
-        Rank::index_in(self.tie)
-    }
-
     /// Absolute key of a rank, as the queue orders it.
     #[inline(always)]
     pub(super) fn key_of(&self, version: &Version<C>, rank: usize, residual: bool) -> i64 {
@@ -84,14 +79,14 @@ impl<C: Capacity> Scheduler<C> {
     #[inline(always)]
     pub(super) fn version(&self, slot: usize) -> &Version<C> {
         let job = &self.jobs[slot];
-        self.tasks[usize::from(job.task)].version_of(job)
+        self.tasks[job.task.index()].version_of(job)
     }
 
     /// The node behind a rank of a job.
     #[inline(always)]
     pub(super) fn node(&self, slot: usize, rank: usize) -> &Node {
         let node = self.version(slot).order[rank];
-        &self.tasks[usize::from(self.jobs[slot].task)].nodes[usize::from(node)]
+        &self.tasks[self.jobs[slot].task.index()].nodes[usize::from(node)]
     }
 
     /// Queue key of a job's rank.
@@ -99,7 +94,7 @@ impl<C: Capacity> Scheduler<C> {
     pub(super) fn rank_key(&self, slot: usize, rank: usize) -> Rank {
         let job = &self.jobs[slot];
         let key = job.key_of(self.version(slot), rank, self.residual);
-        Rank::new(key, job.release.as_nanos(), job.tie)
+        Rank::new(key, job.release.as_nanos(), job.task.index(), job.index)
     }
 
     /// Most pressing ready rank of a job in a pool.
@@ -155,7 +150,7 @@ impl<C: Capacity> Scheduler<C> {
     /// Ends a job: completed (`None`) or given up. Its slot is free once the host took the outcome.
     #[inline(never)]
     pub(super) fn end_job(&mut self, slot: usize, shed: Option<ShedReason>) {
-        let (task, index) = (usize::from(self.jobs[slot].task), self.jobs[slot].index());
+        let (task, index) = (self.jobs[slot].task.index(), self.jobs[slot].index);
         self.note_task(shed.map_or(EventKind::Ended, EventKind::Shed), task, index);
         let version = usize::from(self.jobs[slot].version);
         self.tasks[task].versions[version].users -= 1;
@@ -181,8 +176,7 @@ impl<C: Capacity> Scheduler<C> {
     #[must_use]
     pub fn job_id(&self, task: TaskId, index: u64) -> Option<JobId> {
         let t = self.task_slot(task)?;
-        let found =
-            |slot: &usize| usize::from(self.jobs[*slot].task) == t && self.jobs[*slot].index() == index;
+        let found = |slot: &usize| self.jobs[*slot].task.index() == t && self.jobs[*slot].index == index;
         self.slots().find(found).map(|slot| JobId::new(slot, self.jobs[slot].generation))
     }
 
@@ -198,11 +192,10 @@ impl<C: Capacity> Scheduler<C> {
         let job = &mut self.jobs[slot];
         let generation = job.generation;
         job.generation = generation.wrapping_add(1);
-        let task = usize::from(job.task);
         Some(Outcome {
             job: JobId::new(slot, generation),
-            task: TaskId::new(task, self.tasks[task].generation),
-            index: job.index(),
+            task: job.task,
+            index: job.index,
             release: job.release,
             deadline: job.deadline,
             at: job.at,

@@ -113,7 +113,7 @@ impl<C: Capacity> Scheduler<C> {
             while let Some(e) = self.reader(slot, place) {
                 self.note(EventKind::Evicted, slot, e, 0);
                 let job = &mut self.jobs[slot];
-                let version = self.tasks[usize::from(job.task)].version_of(job);
+                let version = self.tasks[job.task.index()].version_of(job);
                 job.done.remove(e);
                 job.place[e] = 0;
                 job.left += 1;

@@ -49,7 +49,7 @@ impl<C: Capacity> Scheduler<C> {
         self.lanes[lane].output = 0;
         if let Some(place) = free {
             let pool = self.lanes[lane].pool;
-            self.outputs[place] = Output { key, bytes: 0, pool, state: OutputState::Running(lane as u8) };
+            self.outputs[place] = Output::new(key, pool, OutputState::Running(lane as u8));
             self.lanes[lane].output = place as u16 + 1;
         }
         if self.config.merge_skew.is_some() {

@@ -132,7 +132,7 @@ crate::capacity::stored! {
         tasks: C::Tasks<Task<C>>,
         outputs: C::Nodes<Output>,
         suspended: C::Lanes<Suspended>,
-        sensors: C::Tasks<Duration>,
+        sensors: C::Nodes<Duration>,
         monitor: Monitor,
         counters: Counters,
         record: Record<C>,
@@ -147,7 +147,6 @@ impl<C: Capacity> Scheduler<C> {
     pub const RECORD_SIZE: usize = size_of::<Record<C>>();
 
     /// A scheduler with one pool of `config.lanes` lanes, at most the capacity's, at least one.
-    #[must_use]
     pub fn new(config: Config) -> Self {
         let mut new = Self::EMPTY;
         new.configure(config);
@@ -163,6 +162,7 @@ impl<C: Capacity> Scheduler<C> {
         self.residual = config.residual();
         self.reassigns = self.residual && config.reassign == Reassign::OnDispatch;
         self.alarm = Instant::MAX;
+        self.record.open();
         let lanes = config.lanes.clamp(1, C::LANES as u8);
         // One to LANES lanes in the first of at least one pool: there is room.
         let _first = self.add_pool(lanes, config.memory);

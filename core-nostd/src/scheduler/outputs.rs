@@ -28,7 +28,7 @@ impl<C: Capacity> Scheduler<C> {
     /// The result with this key, running or kept.
     pub(super) fn find_output(&self, key: FrameKey) -> Option<(usize, OutputState)> {
         let found =
-            |o: &Output| !matches!(o.state, OutputState::Free | OutputState::Draining) && o.key == key;
+            |o: &Output| !matches!(o.state, OutputState::Free | OutputState::Draining) && o.key() == key;
         let place = self.outputs.as_ref().iter().position(found)?;
         Some((place, self.outputs[place].state))
     }
@@ -101,7 +101,7 @@ impl<C: Capacity> Scheduler<C> {
             }
         }
         if let Some(place) = output {
-            self.wake_parked(self.outputs[place].key);
+            self.wake_parked(self.outputs[place].key());
             self.keep_or_free(place);
         } else {
             self.stop_reading(l.output);
@@ -119,7 +119,7 @@ impl<C: Capacity> Scheduler<C> {
         if self.lanes[lane].is_encoder
             && let Some(place) = usize::from(self.lanes[lane].output).checked_sub(1)
         {
-            let key = self.outputs[place].key;
+            let key = self.outputs[place].key();
             self.outputs[place].state = OutputState::Free;
             self.wake_parked(key);
         }
@@ -205,7 +205,7 @@ impl<C: Capacity> Scheduler<C> {
 
     /// Whether an uncompleted decoder in flight reads the result, or an encoder of its key could still be a hit.
     fn is_needed(&self, place: usize) -> bool {
-        let key = self.outputs[place].key;
+        let key = self.outputs[place].key();
         let wanted = |slot: usize| {
             let (job, version) = (&self.jobs[slot], self.version(slot));
             version.encoders.iter().any(|e| {

@@ -4,7 +4,7 @@ use super::Scheduler;
 use super::rank::Rank;
 use crate::capacity::{Capacity, Empty};
 use crate::id::{PoolId, SensorId};
-use crate::ready_queue::{Entry, ReadyQueue};
+use crate::ready_queue::ReadyQueue;
 use crate::time::{Bytes, Duration};
 
 crate::capacity::stored! {
@@ -25,7 +25,7 @@ crate::capacity::stored! {
         /// Memory budget, and bytes held by running units and kept results.
         pub(super) budget: u64,
         pub(super) used: u64,
-        pub(super) queue: ReadyQueue<Rank, C::Jobs<Entry<Rank>>, C::Jobs<u16>>,
+        pub(super) queue: ReadyQueue<Rank, C::Jobs<Rank>, C::Jobs<u16>>,
     }
 }
 
@@ -44,7 +44,7 @@ crate::error::errors! {
     pub enum SensorError {
         /// A period is at least one nanosecond.
         ZeroPeriod,
-        /// More distinct periods than the capacity has tasks.
+        /// More distinct periods than the capacity has nodes.
         Full,
     }
 }
@@ -91,7 +91,6 @@ impl<C: Capacity> Scheduler<C> {
     }
 
     /// Bytes that running units and kept results hold of a pool.
-    #[must_use]
     pub fn memory_used(&self, pool: PoolId) -> Bytes {
         Bytes(if pool.index() < C::POOLS { self.pools[pool.index()].used } else { 0 })
     }

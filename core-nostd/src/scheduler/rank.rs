@@ -13,17 +13,8 @@ crate::capacity::stored! {
 
 impl Rank {
     #[inline(always)]
-    pub(crate) const fn new(key: i64, release: u64, tie: u64) -> Self {
-        Self { key, release, tie }
-    }
-
-    pub(crate) const fn tie(task_order: u8, job_index: u64) -> u64 {
-        (task_order as u64) << 56 | (job_index & ((1 << 56) - 1))
-    }
-
-    /// The job index in a tie.
-    pub(crate) const fn index_in(tie: u64) -> u64 {
-        tie & ((1 << 56) - 1)
+    pub(crate) const fn new(key: i64, release: u64, task_order: usize, job_index: u64) -> Self {
+        Self { key, release, tie: (task_order as u64) << 56 | (job_index & ((1 << 56) - 1)) }
     }
 }
 

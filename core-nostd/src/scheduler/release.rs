@@ -3,7 +3,6 @@
 use super::Scheduler;
 use super::event::EventKind;
 use super::jobs::Job;
-use super::rank::Rank;
 use crate::capacity::{Capacity, Empty};
 use crate::config::{BestCase, Gate};
 use crate::id::{JobId, TaskId};
@@ -69,14 +68,14 @@ impl<C: Capacity> Scheduler<C> {
         let key = release.as_nanos().cast_signed();
         // Written in place: a literal of this size would be built elsewhere and copied.
         *job = Job::EMPTY;
-        job.task = t as u8;
+        job.task = task;
         job.version = current;
         job.generation = generation;
         job.left = version.len;
         job.release = release;
         job.deadline = deadline;
         job.key = key;
-        job.tie = Rank::tie(t as u8, index);
+        job.index = index;
         job.capture = capture.unwrap_or(self.releases);
         job.source = if capture.is_some() { CaptureSource::Host } else { CaptureSource::Job };
         job.safe_until = Instant::from_nanos(key.saturating_add(version.slack).max(0).cast_unsigned());
@@ -133,7 +132,7 @@ impl<C: Capacity> Scheduler<C> {
     /// best".
     pub(super) fn best_case(&self, slot: usize, rank: usize) -> u64 {
         let version = self.version(slot);
-        let task = &self.tasks[usize::from(self.jobs[slot].task)];
+        let task = &self.tasks[self.jobs[slot].task.index()];
         let node = &task.nodes[usize::from(version.order[rank])];
         let seen = match self.config.best_case {
             BestCase::Observed => task.estimates[usize::from(version.order[rank])].minimum(),
@@ -145,7 +144,7 @@ impl<C: Capacity> Scheduler<C> {
     /// Expected cost of a rank: mean of the window plus contention, WCET plus contention before a sample.
     pub(super) fn expected(&self, slot: usize, rank: usize) -> u64 {
         let version = self.version(slot);
-        let task = &self.tasks[usize::from(self.jobs[slot].task)];
+        let task = &self.tasks[self.jobs[slot].task.index()];
         let place = usize::from(version.order[rank]);
         let node = &task.nodes[place];
         task.estimates[place]

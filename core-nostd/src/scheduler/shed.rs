@@ -24,8 +24,13 @@ impl<C: Capacity> Scheduler<C> {
             let droppable = |slot: &usize| !self.jobs[*slot].started && self.may_drop(*slot);
             let order = |slot: &usize| {
                 let job = &self.jobs[*slot];
-                let value = self.tasks[usize::from(job.task)].value;
-                (value, Reverse(self.remaining_work(*slot)), Reverse(job.release), Reverse(job.tie))
+                let value = self.tasks[job.task.index()].value;
+                (
+                    value,
+                    Reverse(self.remaining_work(*slot)),
+                    Reverse(job.release),
+                    Reverse((job.task.index(), job.index)),
+                )
             };
             let Some(slot) = self.slots().filter(droppable).min_by_key(order) else { return };
             self.drop_by_choice(slot, ShedReason::Overload);
@@ -64,11 +69,11 @@ impl<C: Capacity> Scheduler<C> {
     /// Whether a job may be given up by choice.
     fn may_drop(&self, slot: usize) -> bool {
         let job = &self.jobs[slot];
-        self.tasks[usize::from(job.task)].floor.permits(job.index())
+        self.tasks[job.task.index()].floor.permits(job.index)
     }
 
     fn drop_by_choice(&mut self, slot: usize, reason: ShedReason) {
-        let (task, index) = (usize::from(self.jobs[slot].task), self.jobs[slot].index());
+        let (task, index) = (self.jobs[slot].task.index(), self.jobs[slot].index);
         self.tasks[task].floor.dropped(index);
         self.end_job(slot, Some(reason));
     }

@@ -29,37 +29,31 @@ crate::capacity::stored! {
 
 impl<C: Capacity> Scheduler<C> {
     /// The configuration.
-    #[must_use]
     pub const fn config(&self) -> &Config {
         &self.config
     }
 
     /// What happened so far, in numbers.
-    #[must_use]
     pub fn counters(&self) -> Counters {
         Counters { units: self.units, ..self.counters }
     }
 
     /// Jobs in flight.
-    #[must_use]
     pub const fn jobs_in_flight(&self) -> usize {
         self.in_flight.count_ones() as usize
     }
 
     /// Sub-jobs that are ready and wait for a lane.
-    #[must_use]
     pub fn ready_sub_jobs(&self) -> usize {
         self.slots().map(|slot| self.jobs[slot].ready.len()).sum()
     }
 
     /// Units that run, whether or not their jobs still want them.
-    #[must_use]
     pub fn running_units(&self) -> usize {
         (0..usize::from(self.lane_count)).filter(|l| self.lanes[*l].is_busy()).count()
     }
 
     /// Whether a pool has both a free lane and a sub-job that could start on it.
-    #[must_use]
     pub fn can_dispatch(&self) -> bool {
         (0..usize::from(self.pool_count)).any(|pool| self.pools[pool].free != 0 && self.has_fitting(pool))
     }
@@ -74,12 +68,11 @@ impl<C: Capacity> Scheduler<C> {
     }
 
     /// Takes the oldest event of the record.
-    pub fn take_event(&mut self) -> Option<Event> {
+    pub fn take_event(&mut self) -> Option<&Event> {
         self.record.take()
     }
 
     /// Events that the record had to drop because nobody took them; exact.
-    #[must_use]
     pub const fn events_dropped(&self) -> u64 {
         self.record.dropped()
     }

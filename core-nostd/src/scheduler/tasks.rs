@@ -33,7 +33,6 @@ pub struct Timing {
 
 impl Timing {
     /// Jobs due `deadline` after their release, at no declared rate, of value 1.
-    #[must_use]
     pub const fn new(deadline: Duration) -> Self {
         Self { deadline, period: None, value: 1, floor: Floor::EMPTY }
     }
@@ -139,7 +138,7 @@ impl<C: Capacity> Scheduler<C> {
         let Some(t) = self.task_slot(task) else { return false };
         self.advance(now);
         for slot in self.slots() {
-            if usize::from(self.jobs[slot].task) == t {
+            if self.jobs[slot].task.index() == t {
                 self.end_job(slot, Some(ShedReason::Removed));
             }
         }
@@ -166,7 +165,6 @@ impl<C: Capacity> Scheduler<C> {
     }
 
     /// A node of the task, in the newest graph or an older one that jobs in flight still have.
-    #[must_use]
     pub fn task_node(&self, task: TaskId, node: NodeId) -> Option<&Node> {
         let t = &self.tasks[self.task_slot(task)?];
         let used = t.versions.iter().any(|v| v.nodes().contains(node.index().min(C::NODES - 1)));
@@ -174,7 +172,6 @@ impl<C: Capacity> Scheduler<C> {
     }
 
     /// What the node took so far.
-    #[must_use]
     pub fn estimate(&self, task: TaskId, node: NodeId) -> Option<&Estimator> {
         self.task_node(task, node)?;
         Some(&self.tasks[self.task_slot(task)?].estimates[node.index()])

@@ -124,11 +124,10 @@ impl<C: Capacity> Scheduler<C> {
 
     fn member(&self, slot: usize, rank: usize) -> Member {
         let job = &self.jobs[slot];
-        let task = usize::from(job.task);
         Member {
             job: JobId::new(slot, job.generation),
-            task: TaskId::new(task, self.tasks[task].generation),
-            index: job.index(),
+            task: job.task,
+            index: job.index,
             node: NodeId::new(self.version(slot).order[rank]),
             release: job.release,
             deadline: job.deadline,
@@ -157,7 +156,8 @@ impl<C: Capacity> Scheduler<C> {
         l.slot = slot as u8;
         l.rank = rank as u8;
         l.output = 0;
-        self.pools[usize::from(l.pool)].free &= !(1 << lane);
+        let free = &mut self.pools[usize::from(l.pool)].free;
+        *free = if C::LANES == 1 { 0 } else { *free & !(1 << lane) };
         self.note_node(EventKind::Started, slot, NodeId::new(node), lane);
         crate::fmt::trace!("start {} on {}", unit, lane);
         unit

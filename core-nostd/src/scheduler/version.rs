@@ -56,9 +56,8 @@ impl<C: Capacity> Version<C> {
     ) {
         *self = Self::EMPTY;
         let new = self;
-        new.is_plain = config.gate == Gate::Precedence;
         let assigned = SubDeadlines::by_levels(dag, levels, config.rule, deadline, lanes);
-        let sorted = Self::sorted(dag, |node| if config.residual() { 0 } else { assigned.key[node] });
+        let sorted = Self::sorted(levels, |node| if config.residual() { 0 } else { assigned.key[node] });
         let len = dag.len();
         new.len = len as u16;
         let mut rank_of = <C::Nodes<u8>>::EMPTY;
@@ -72,16 +71,15 @@ impl<C: Capacity> Version<C> {
             let pool = dag.at(node).pool.index();
             new.in_pool[pool].insert(rank);
             new.pool_mask |= 1 << pool;
-            if new.indegree[rank] == 0 {
-                new.sources.insert(rank);
-            }
-            new.is_plain &= dag.at(node).role == Role::Ordinary;
+            new.sources.insert_if(rank, new.indegree[rank] == 0);
             match dag.at(node).role {
                 Role::SharedEncoder(_) => new.encoders.insert(rank),
                 Role::Decoder => new.decoders.insert(rank),
                 Role::Ordinary => {}
             }
         }
+        let all_ordinary = new.encoders.is_empty() && new.decoders.is_empty();
+        new.is_plain = all_ordinary && config.gate == Gate::Precedence;
         for rank in 0..len {
             let successors = &mut new.successors[rank];
             dag.out(usize::from(new.order[rank])).each(|j| successors.insert(usize::from(rank_of[j])));
@@ -95,11 +93,11 @@ impl<C: Capacity> Version<C> {
     /// Nodes by (key, node id); the node id is in the low 8 bits.
     ///
     /// One integer sorts faster than a pair. Where keys lie so far apart that the two do not fit one (2 years),
-    /// pairs are compared.
-    fn sorted(dag: &Dag<C>, key: impl Fn(usize) -> i64) -> C::Nodes<u64> {
-        let first = dag.present().iter().map(&key).min().unwrap_or(0);
+    /// pairs are compared. Keys mostly grow along the levels, and what is nearly sorted is sorted faster.
+    fn sorted(levels: &Levels<C>, key: impl Fn(usize) -> i64) -> C::Nodes<u64> {
+        let first = levels.places().map(&key).min().unwrap_or(0);
         let (mut sorted, mut len, mut fits) = (<C::Nodes<u64>>::EMPTY, 0, true);
-        dag.present().each(|i| {
+        levels.places().for_each(|i| {
             let span = key(i).abs_diff(first);
             fits &= span < 1 << 56;
             sorted[len] = (span << 8) | i as u64;

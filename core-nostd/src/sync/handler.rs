@@ -37,7 +37,6 @@ impl HandlerState {
     const ALL: [Self; 6] = [Self::Idle, Self::Ready, Self::Running, Self::Io, Self::OutOfMemory, Self::Done];
 
     /// Whether a handler may go from `self` to `next`.
-    #[must_use]
     pub const fn may_become(self, next: Self) -> bool {
         matches!(
             (self, next),
@@ -97,7 +96,6 @@ impl HandlerCell {
     }
 
     /// Where the handler is.
-    #[must_use]
     pub fn state(&self) -> HandlerState {
         // Acquire: pairs with the Release in `go`.
         let state = usize::from(self.0.load(Ordering::Acquire));

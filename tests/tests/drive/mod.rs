@@ -189,7 +189,7 @@ impl Drive {
 
     fn take_events(&mut self) {
         self.events.clear();
-        while let Some(event) = self.scheduler.take_event() {
+        while let Some(event) = self.scheduler.take_event().copied() {
             assert!(self.events.len() < EVENTS, "one call makes no more events than the record holds");
             self.events.push(event);
         }
