@@ -130,11 +130,11 @@ impl<C: Capacity> Scheduler<C> {
         self.advance(now);
         let lanes = self.lanes_by_pool();
         let task = &mut self.tasks[t];
+        task.install(&edit.dag, &task.versions[usize::from(task.current)].nodes());
         // A version without jobs is replaced in place; else the other one becomes current.
         if task.versions[usize::from(task.current)].users > 0 {
             task.current = 1 - task.current;
         }
-        task.install(&edit.dag);
         let version = &mut task.versions[usize::from(task.current)];
         version.lay_out(&edit.dag, &levels, &self.config, deadline, proof.critical_path, &lanes);
         self.note_task(EventKind::Edited, t, 0);

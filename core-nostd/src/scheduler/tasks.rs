@@ -8,7 +8,7 @@ use crate::analysis::{Certificate, Demand};
 use crate::capacity::{Capacity, Empty};
 use crate::config::Admission;
 use crate::deadlines::Estimator;
-use crate::graph::{Dag, Levels, Node};
+use crate::graph::{Dag, Levels, Node, NodeSet};
 use crate::id::{NodeId, PoolId, TaskId};
 use crate::policy::Floor;
 use crate::time::Duration;
@@ -127,7 +127,7 @@ impl<C: Capacity> Scheduler<C> {
         task.revision = 0;
         task.floor = timing.floor;
         task.versions = [Version::EMPTY; 2];
-        task.install(dag);
+        task.install(dag, &NodeSet::EMPTY);
         let [first, _] = &mut task.versions;
         first.lay_out(dag, &levels, &self.config, timing.deadline, proof.critical_path, &lanes);
         Ok(TaskId::new(slot, self.tasks[slot].generation))
@@ -193,18 +193,14 @@ impl<C: Capacity> Task<C> {
         if job.version == 0 { first } else { second }
     }
 
-    /// Takes the data of `dag`'s nodes; nodes that were here already keep their samples.
-    pub(super) fn install(&mut self, dag: &Dag<C>) {
-        let other = self.versions[1 - usize::from(self.current)].nodes();
-        for id in dag.nodes() {
-            let place = id.index();
-            let node = *dag.at(place);
-            let kept = self.revision > 0 && other.contains(place);
-            if !kept {
-                self.estimates[place] = Estimator::new(&node);
+    /// Takes the data of `dag`'s nodes; those that are `here` already keep their samples.
+    pub(super) fn install(&mut self, dag: &Dag<C>, here: &NodeSet<C>) {
+        dag.present().each(|place| {
+            if !here.contains(place) {
+                self.estimates[place] = Estimator::new(dag.at(place));
             }
-            self.nodes[place] = node;
-        }
+            self.nodes[place] = *dag.at(place);
+        });
         self.end = self.end.max(dag.end());
         self.revision = self.revision.wrapping_add(1);
     }

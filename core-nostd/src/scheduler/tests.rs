@@ -30,3 +30,28 @@ fn a_steady_state_of_one_job_never_touches_the_queue() {
     }
     assert_eq!(order, nodes);
 }
+
+#[test]
+fn an_edit_keeps_the_samples_of_nodes_that_stay_whether_or_not_the_task_is_idle() {
+    let mut dag = crate::Dag::<Paper>::new();
+    let stays = dag.add_node(crate::Node::new(crate::Wcet::from_millis(2))).unwrap();
+    let goes = dag.add_node(crate::Node::new(crate::Wcet::from_millis(2))).unwrap();
+    for idle in [true, false] {
+        let mut scheduler = Scheduler::<Paper>::new(Config::REDRT);
+        let task = scheduler.add_task(&dag, crate::Timing::new(Duration::from_millis(50))).unwrap();
+        let now = Instant::ZERO.saturating_add(Duration::from_millis(1));
+        scheduler.release(task, Instant::ZERO).unwrap();
+        while let Some(crate::Action::Dispatch(d)) = scheduler.poll(Instant::ZERO) {
+            scheduler.complete(d.unit, now).unwrap();
+        }
+        if !idle {
+            scheduler.release(task, now).unwrap();
+        }
+        let mut edit = scheduler.edit(task).unwrap();
+        edit.remove_node(goes);
+        let new = edit.add_node(crate::Node::new(crate::Wcet::from_millis(1))).unwrap();
+        let _fits = scheduler.commit(&edit, now).unwrap();
+        let mean = |node| scheduler.estimate(task, node).unwrap().mean();
+        assert_eq!((mean(stays), mean(new)), (Some(Duration::from_millis(1)), None), "idle: {idle}");
+    }
+}

@@ -54,8 +54,10 @@ impl<C: Capacity> Version<C> {
         longest: Duration,
         lanes: &[u8],
     ) {
-        *self = Self::EMPTY;
         let new = self;
+        // What is stored by rank is overwritten below, as far as anybody looks; the sets are filled.
+        (new.sources, new.encoders, new.decoders) = (NodeSet::EMPTY, NodeSet::EMPTY, NodeSet::EMPTY);
+        (new.in_pool, new.pool_mask, new.users) = (Empty::EMPTY, 0, 0);
         let assigned = SubDeadlines::by_levels(dag, levels, config.rule, deadline, lanes);
         let sorted = Self::sorted(levels, |node| if config.residual() { 0 } else { assigned.key[node] });
         let len = dag.len();
@@ -81,8 +83,9 @@ impl<C: Capacity> Version<C> {
         let all_ordinary = new.encoders.is_empty() && new.decoders.is_empty();
         new.is_plain = all_ordinary && config.gate == Gate::Precedence;
         for rank in 0..len {
-            let successors = &mut new.successors[rank];
+            let mut successors = NodeSet::EMPTY;
             dag.out(usize::from(new.order[rank])).each(|j| successors.insert(usize::from(rank_of[j])));
+            new.successors[rank] = successors;
         }
         for (i, node) in levels.places().enumerate() {
             new.topological[i] = rank_of[node];
