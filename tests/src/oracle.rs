@@ -108,7 +108,6 @@ pub fn simulate(workload: &Workload, policy: Policy, horizon_ns: u64) -> Outcome
 struct Unit {
     pool: usize,
     lane: u32,
-    start: u64,
     finish: u64,
     memory: u64,
     /// Set where the unit is an encoder.

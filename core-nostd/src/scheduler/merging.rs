@@ -3,6 +3,7 @@
 use super::Scheduler;
 use super::event::EventKind;
 use crate::capacity::Capacity;
+use crate::config::Shed;
 use crate::id::UnitId;
 use crate::policy::frame_cache::{FrameKey, Output, OutputState};
 use crate::policy::merge::{Candidate, join, window_of};
@@ -46,6 +47,7 @@ impl<C: Capacity> Scheduler<C> {
             .take(usize::from(u8::MAX))
             .position(|o| o.state == OutputState::Free);
         self.lanes[lane].is_encoder = true;
+        self.lanes[lane].best = self.best_case(slot, rank);
         self.lanes[lane].output = 0;
         if let Some(place) = free {
             let pool = self.lanes[lane].pool;
@@ -61,6 +63,9 @@ impl<C: Capacity> Scheduler<C> {
                     self.meet_outputs(other);
                     self.requeue(other);
                 }
+            }
+            if self.config.shed == Shed::Hopeless && self.slots().any(|s| self.waits_longer(s)) {
+                self.look_soon();
             }
         }
     }
@@ -101,6 +106,7 @@ impl<C: Capacity> Scheduler<C> {
             job.started = true;
             self.lanes[lane].members |= 1 << other;
             self.lanes[lane].merged = true;
+            self.lanes[lane].best = self.lanes[lane].best.max(self.best_case(other, r));
             self.note(EventKind::Started, other, r, lane);
             self.requeue(other);
         }

@@ -108,6 +108,13 @@ impl<C: Capacity> Scheduler<C> {
         self.alarm = self.alarm.min(self.monitor.wake).min(self.look_at(slot));
     }
 
+    /// A unit that started makes jobs longer: the next event looks at them, or the next tick if that is earlier.
+    pub(super) fn look_soon(&mut self) {
+        self.monitor.tick_at = self.monitor.tick_at.min(self.next_tick());
+        self.monitor.wake = self.monitor.wake.min(self.monitor.tick_at);
+        self.alarm = self.alarm.min(self.now.saturating_add(NEXT));
+    }
+
     /// The first tick after `instant` that was not looked at.
     fn tick_after(&self, instant: Instant) -> Instant {
         let tick = self.tick().as_nanos();
@@ -174,21 +181,19 @@ impl<C: Capacity> Scheduler<C> {
                 left.map(Instant::from_nanos).filter(|latest| self.now <= *latest)
             };
             // A best case may have grown since (a short sample left the window): look at those again, always.
-            if self.now <= self.jobs[slot].safe_until && !self.jobs[slot].behind {
+            let waits = self.waits_longer(slot);
+            if self.now <= self.jobs[slot].safe_until && !self.jobs[slot].behind && !waits {
                 continue;
             }
-            let (safe, behind) = match outlook(self.remaining_path(slot, Case::Worst)) {
-                Some(latest) => (latest, false),
-                None => match outlook(self.remaining_path(slot, Case::Best)) {
-                    Some(latest) => (latest, true),
-                    None => {
-                        doomed |= 1 << slot;
-                        (self.now, true)
-                    }
-                },
+            let worst = outlook(self.remaining_path(slot, Case::Worst));
+            let best = if worst.is_some() && !waits {
+                worst
+            } else {
+                outlook(self.remaining_path(slot, Case::Best))
             };
-            self.jobs[slot].safe_until = safe;
-            self.jobs[slot].behind = behind;
+            doomed |= u64::from(best.is_none()) << slot;
+            self.jobs[slot].safe_until = worst.or(best).unwrap_or(self.now);
+            self.jobs[slot].behind = worst.is_none();
         }
         doomed
     }

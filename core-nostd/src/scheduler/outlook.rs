@@ -1,7 +1,8 @@
 //! How much of a job is left: longest remaining path, remaining work, the residual key.
 //!
 //! *Rule.* One reverse topological pass over nodes that are not done. A running node counts what is left of
-//! it. In the best case an encoder whose result is kept counts 0, and one whose key is running ends with that.
+//! it. In the best case an encoder whose result is kept counts 0, and one whose key is running ends with that
+//! unit, whatever it would take itself.
 //! *Why the best case is a proof.* No schedule can end a job before now plus its longest path at best-case
 //! costs, so a job for which that is after the deadline is lost whatever is done.
 
@@ -62,10 +63,26 @@ impl<C: Capacity> Scheduler<C> {
         match (case, self.output_of(slot, rank)) {
             (Case::Best, Some(OutputState::Kept)) => (0, 0),
             (Case::Best, Some(OutputState::Running(lane))) => {
-                (0, whole.saturating_sub(self.executed_on(usize::from(lane)).as_nanos()))
+                (0, self.left_on(usize::from(lane)))
             }
             _ => (whole, whole),
         }
+    }
+
+    /// What is left, at best, of the encoder's unit that runs on a lane, in nanoseconds.
+    fn left_on(&self, lane: usize) -> u64 {
+        self.lanes[lane].best.saturating_sub(self.executed_on(lane).as_nanos())
+    }
+
+    /// Whether an encoder of the job has to wait for a running one of its key that takes longer than itself would:
+    /// its best case is then beyond its worst case alone.
+    pub(super) fn waits_longer(&self, slot: usize) -> bool {
+        let job = &self.jobs[slot];
+        let open = self.version(slot).encoders.without(&job.done).without(&job.running);
+        open.iter().any(|e| match self.output_of(slot, e) {
+            Some(OutputState::Running(lane)) => self.left_on(usize::from(lane)) > self.node(slot, e).cost(),
+            _ => false,
+        })
     }
 
     /// How long a rank has run. `None`: not at all.

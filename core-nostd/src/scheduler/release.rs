@@ -4,7 +4,7 @@ use super::Scheduler;
 use super::event::EventKind;
 use super::jobs::Job;
 use crate::capacity::{Capacity, Empty};
-use crate::config::{BestCase, Gate};
+use crate::config::{BestCase, Gate, Shed};
 use crate::id::{JobId, TaskId};
 use crate::policy::frame_cache::CaptureSource;
 use crate::time::Instant;
@@ -88,7 +88,7 @@ impl<C: Capacity> Scheduler<C> {
         self.in_flight |= 1 << slot;
         self.note_task(EventKind::Released, t, index);
         self.watch(slot);
-        if lost {
+        if lost || has_encoders && self.config.shed == Shed::Hopeless && self.waits_longer(slot) {
             self.alarm = Instant::ZERO;
         }
         if self.config.gate == Gate::Level {

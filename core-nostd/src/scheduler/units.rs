@@ -19,6 +19,8 @@ crate::capacity::stored! {
         /// Jobs with a member in the unit, a bit per slot; 0: every member's job was given up.
         pub(super) members: u64,
         pub(super) memory: u64,
+        /// Best case of an encoder's unit in nanoseconds: the largest of its members'.
+        pub(super) best: u64,
         /// First member.
         pub(super) slot: u8,
         pub(super) rank: u8,

@@ -22,9 +22,9 @@ impl Sim<'_> {
         self.cached.iter().any(|output| output.key == *key)
     }
 
-    /// When the running encoder of this key started.
-    pub(super) fn running_since(&self, key: &FrameKey) -> Option<u64> {
-        self.running.iter().filter(|unit| unit.key.as_ref() == Some(key)).map(|unit| unit.start).min()
+    /// When the running encoder of this key ends.
+    pub(super) fn running_until(&self, key: &FrameKey) -> Option<u64> {
+        self.running.iter().filter(|unit| unit.key.as_ref() == Some(key)).map(|unit| unit.finish).min()
     }
 
     /// Every ready encoder whose output is cached is done at this instant, and so on for what that readies.

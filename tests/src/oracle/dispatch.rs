@@ -91,7 +91,7 @@ impl Sim<'_> {
     }
 
     fn waits_for_key(&self, job: &Job, node: usize) -> bool {
-        let running = || job.frames[node].as_ref().is_some_and(|key| self.running_since(key).is_some());
+        let running = || job.frames[node].as_ref().is_some_and(|key| self.running_until(key).is_some());
         self.policy.caches() && job.graph.nodes[node].role == Role::Encoder && running()
     }
 
@@ -154,7 +154,7 @@ impl Sim<'_> {
     fn start(&mut self, pool: usize, lane: u32, head: SubId, now: u64) {
         self.overtaken.retain(|(id, _)| *id != head);
         let members = if self.policy.merges() { self.members(pool, head, now) } else { vec![head] };
-        let mut unit = Unit { pool, lane, start: now, finish: now, memory: 0, key: None, members };
+        let mut unit = Unit { pool, lane, finish: now, memory: 0, key: None, members };
         for &(task, index, node) in &unit.members {
             let job = self.job(task, index).expect("queued jobs are in flight");
             let sub = &job.graph.nodes[node];

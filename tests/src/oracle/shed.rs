@@ -60,13 +60,13 @@ impl Sim<'_> {
 
     /// The least that a job can still take. Every execution takes the WCET, so that is the best case. A waiting
     /// encoder whose key runs elsewhere ends when its predecessors and that unit have: behind its predecessors
-    /// it may cost nothing, and alone it takes its own cost less what ran.
+    /// it may cost nothing, and alone it takes what is left of that unit.
     fn best_path(&self, job: &Job, now: u64) -> i128 {
         let elsewhere = |node: usize| {
             let waits =
                 job.graph.nodes[node].role == Role::Encoder && matches!(job.state[node], State::Waiting);
             let key = job.frames[node].as_ref().filter(|key| waits && !self.is_cached(key))?;
-            self.running_since(key).map(|start| job.graph.nodes[node].wcet_ns.saturating_sub(now - start))
+            self.running_until(key).map(|finish| finish - now)
         };
         let left = |node: usize| {
             let sub = &job.graph.nodes[node];

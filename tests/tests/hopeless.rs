@@ -1,0 +1,57 @@
+//! Who waits for a running encoder of its frame is lost, or saved, by what is left of that one.
+
+use red_sim::{Execution, Options, simulate};
+use red_tests::oracle;
+use red_workload::{Format, parse};
+use red_workload::policy::Policy;
+
+const MS: u64 = 1_000_000;
+
+/// T1's encoder runs from 0 to 5 ms; T2 is released at 1 ms, reads the same frame and has a decoder of 1 ms. The
+/// sheds, as `task at`, in microseconds.
+fn sheds(own_encoder_ms: u64, deadline_ms: u64) -> Vec<String> {
+    let task = |name: &str, deadline_ms: u64, offset_ms: u64, encoder_ms: u64| {
+        format!(
+            r#"
+            [[task]]
+            name = "{name}"
+            deadline = "{deadline_ms}ms"
+            offset = "{offset_ms}ms"
+            once = true
+            [[task.node]]
+            name = "stage"
+            mimonet = {{ weights = "w", frame = "front", encoder = {{ wcet = "{encoder_ms}ms" }},
+                decoders = [{{ name = "decoder", wcet = "1ms" }}] }}
+            "#
+        )
+    };
+    let pools = "[[pool]]\nname = 'gpu'\nlanes = 1\n[[sensor]]\nname = 'front'\nperiod = '100ms'\n";
+    let text = format!("{pools}{}{}", task("T1", 100, 0, 5), task("T2", deadline_ms, 1, own_encoder_ms));
+    let workload = parse(text.as_bytes(), Format::Toml, "stages.toml").unwrap_or_else(|e| panic!("{e}"));
+    let options = Options {
+        policy: Policy::Redrt,
+        horizon_ns: 50 * MS,
+        seed: 1,
+        execution: Execution::Wcet,
+        preempt: false,
+        schedule: true,
+    };
+    let report = simulate(&workload, &options).expect("two tasks fit");
+    let found = report.sheds.unwrap_or_default();
+    let found: Vec<String> = found.iter().map(|s| format!("{} {}", s.task, s.at_ns / 1_000)).collect();
+    let expected = oracle::simulate(&workload, oracle::Policy::Redrt, 50 * MS).sheds;
+    assert_eq!(found, expected.iter().map(|s| format!("{} {}", s.task, s.at_ns / 1_000)).collect::<Vec<_>>());
+    found
+}
+
+#[test]
+fn a_job_that_would_be_late_by_its_own_encoder_lives_on_the_running_one() {
+    // 20 ms of its own would end after 11 ms; the hit at 5 ms and the decoder end at 7 ms.
+    assert!(sheds(20, 10).is_empty());
+}
+
+#[test]
+fn a_job_that_would_be_in_time_by_its_own_encoder_is_lost_by_the_running_one() {
+    // 1 ms of its own would end by 5 ms; it has to wait for the running one until then.
+    assert_eq!(sheds(1, 4), ["T2 1000"]);
+}
