@@ -3,6 +3,7 @@
 use std::fmt;
 use std::io;
 use std::mem;
+use std::time::Duration;
 
 use crate::not_run::NotRun;
 
@@ -62,9 +63,36 @@ impl Machine {
     ///
     /// The kernel's refusal.
     pub(crate) fn become_lane(&self, lane: usize) -> io::Result<()> {
-        pin(self.lanes[lane % self.lanes.len()])?;
+        allow(&[self.lanes[lane % self.lanes.len()]])?;
         if self.realtime { become_fifo() } else { Ok(()) }
     }
+
+    /// Makes the calling thread an ordinary one on any CPU of this process.
+    ///
+    /// # Errors
+    ///
+    /// The kernel's refusal.
+    pub(crate) fn become_ordinary(&self) -> io::Result<()> {
+        set_policy(libc::SCHED_OTHER, 0)?;
+        allow(&self.lanes)
+    }
+}
+
+/// Processor time of all threads of this process, and of its children that have ended.
+pub(crate) fn cpu_time() -> Duration {
+    let used = |who| {
+        let mut usage = mem::MaybeUninit::uninit();
+        // SAFETY: the kernel writes one structure, for which there is room.
+        let status = unsafe { libc::getrusage(who, usage.as_mut_ptr()) };
+        assert_eq!(status, 0, "both subjects are known to every kernel");
+        // SAFETY: the call has succeeded, so all of it was written.
+        let usage: libc::rusage = unsafe { usage.assume_init() };
+        let time = |time: libc::timeval| {
+            Duration::from_secs(time.tv_sec as u64) + Duration::from_micros(time.tv_usec as u64)
+        };
+        time(usage.ru_utime) + time(usage.ru_stime)
+    };
+    used(libc::RUSAGE_SELF) + used(libc::RUSAGE_CHILDREN)
 }
 
 impl fmt::Display for Machine {
@@ -99,18 +127,24 @@ fn usable_cpus() -> io::Result<Vec<usize>> {
     Ok((0..libc::CPU_SETSIZE as usize).filter(member).collect())
 }
 
-fn pin(cpu: usize) -> io::Result<()> {
+fn allow(cpus: &[usize]) -> io::Result<()> {
     let mut set = empty_set();
-    // SAFETY: `cpu` came out of a set of the same capacity.
-    unsafe { libc::CPU_SET(cpu, &mut set) };
+    for &cpu in cpus {
+        // SAFETY: `cpu` came out of a set of the same capacity.
+        unsafe { libc::CPU_SET(cpu, &mut set) };
+    }
     // SAFETY: the set is initialised and lives through the call.
     check(unsafe { libc::sched_setaffinity(0, mem::size_of_val(&set), &raw const set) })
 }
 
-fn become_fifo() -> io::Result<()> {
-    let parameters = libc::sched_param { sched_priority: PRIORITY };
+fn set_policy(policy: libc::c_int, priority: libc::c_int) -> io::Result<()> {
+    let parameters = libc::sched_param { sched_priority: priority };
     // SAFETY: the parameters live through the call.
-    check(unsafe { libc::sched_setscheduler(0, libc::SCHED_FIFO, &raw const parameters) })
+    check(unsafe { libc::sched_setscheduler(0, policy, &raw const parameters) })
+}
+
+fn become_fifo() -> io::Result<()> {
+    set_policy(libc::SCHED_FIFO, PRIORITY)
 }
 
 fn lock_memory() -> io::Result<()> {

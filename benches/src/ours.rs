@@ -7,6 +7,7 @@ mod one_lane;
 use red_core::{BestCase, Capacity, Config, Dag, Duration, Node, PoolId, Scheduler, TaskId, Timing, Wcet};
 
 use crate::graphs::{Body, Graph};
+use crate::handoff::HOPS;
 use crate::machine::Machine;
 use crate::measure::Runner;
 use crate::not_run::NotRun;
@@ -60,10 +61,10 @@ pub(crate) fn from_outside(setup: &Setup<'_>) -> Result<Runner, NotRun> {
     fitted!(build, setup, lanes 1, events 0)
 }
 
-/// Two nodes in a row, each in the pool of another lane: a job goes there and back, through the lock.
+/// A chain whose nodes are in the pools of two lanes by turns: every node is a hand-off, through the lock.
 pub(crate) fn hand_off(machine: &'static Machine) -> Result<Runner, NotRun> {
-    type There = red_core::Caps<1, 2, 1, 2, 2>;
-    let dag = dag::<There>(&Graph::chain(2), |node| PoolId::new(1 - node as u8))?;
+    type Chain = red_core::Caps<1, HOPS, 1, 2, 2>;
+    let dag = dag::<Chain>(&Graph::chain(HOPS), |node| PoolId::new(1 - node as u8 % 2))?;
     let mut scheduler = Scheduler::new(BARE);
     scheduler.add_pool(1, None).map_err(failed)?;
     lanes::build(machine, Body::EMPTY, scheduler, &dag)

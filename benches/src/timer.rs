@@ -1,10 +1,13 @@
-//! Timed release at 1 kHz: how late a thread wakes, by cyclictest and by others at the same priority.
+//! Timed release at 1 kHz: how late cyclictest wakes, and how late a body of ours starts, at the same priority on
+//! the same CPU.
+
+mod red;
 
 use std::io;
 use std::process::Command;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-use crate::machine::{Machine, PRIORITY};
+use crate::machine::{Machine, PRIORITY, cpu_time};
 use crate::measure::Row;
 use crate::not_run::NotRun;
 
@@ -18,7 +21,20 @@ pub(crate) struct Lateness {
     pub(crate) p99: f64,
 }
 
-/// Something that wakes every [`PERIOD`] on lane 0 for the given time.
+impl Lateness {
+    /// Of exact samples; `None` without any.
+    fn of(samples: &[u64]) -> Option<Self> {
+        let mut sorted = samples.to_vec();
+        sorted.sort_unstable();
+        let percentile = |percent: usize| {
+            let rank = (sorted.len() * percent).div_ceil(100);
+            Some(*sorted.get(rank.checked_sub(1)?)? as f64)
+        };
+        Some(Self { median: percentile(50)?, p99: percentile(99)? })
+    }
+}
+
+/// Something that is released every [`PERIOD`] on lane 0 for the given time.
 #[derive(Clone, Copy)]
 pub(crate) struct Contestant {
     pub(crate) name: &'static str,
@@ -29,25 +45,50 @@ pub(crate) struct Contestant {
 /// The reference.
 pub(crate) const CYCLICTEST: &str = "cyclictest";
 
-/// Timers that are measured, one after the other: two at once would wait for each other.
-pub(crate) const CONTESTANTS: &[Contestant] =
-    &[Contestant { name: CYCLICTEST, ours: false, measure: cyclictest }];
+/// Timers that are measured.
+pub(crate) const CONTESTANTS: &[Contestant] = &[
+    Contestant { name: CYCLICTEST, ours: false, measure: cyclictest },
+    Contestant { name: "RED", ours: true, measure: red::measure },
+];
 
-/// Medians in the first list, 99th percentiles in the second.
-pub(crate) fn measure(machine: &'static Machine, duration: Duration) -> (Vec<Row>, Vec<Row>) {
-    let row = |contestant: &Contestant, figure: Result<f64, NotRun>| Row {
-        name: contestant.name.to_owned(),
-        ours: contestant.ours,
-        rounds: figure.map(|figure| vec![figure]),
-    };
-    CONTESTANTS
-        .iter()
-        .map(|contestant| {
+/// What is told of a contestant, a table each.
+pub(crate) struct Rows {
+    pub(crate) medians: Vec<Row>,
+    pub(crate) p99s: Vec<Row>,
+    /// Processor time of all threads of the contestant, per cent of the time that passed.
+    pub(crate) cpu: Vec<Row>,
+}
+
+/// Measures all contestants by turns, so many each: two at once would wait for each other.
+pub(crate) fn measure(machine: &'static Machine, turns: usize, duration: Duration) -> Rows {
+    let empty = || CONTESTANTS.iter().map(Row::of).collect::<Vec<_>>();
+    let mut rows = Rows { medians: empty(), p99s: empty(), cpu: empty() };
+    for _ in 0..turns {
+        for (place, contestant) in CONTESTANTS.iter().enumerate() {
+            let (start, cpu_before) = (Instant::now(), cpu_time());
             let found = (contestant.measure)(machine, duration);
-            let p99 = found.clone().map(|lateness| lateness.p99);
-            (row(contestant, found.map(|lateness| lateness.median)), row(contestant, p99))
-        })
-        .unzip()
+            let cpu = (cpu_time() - cpu_before).as_secs_f64() / start.elapsed().as_secs_f64();
+            rows.medians[place].add(found.clone().map(|lateness| lateness.median));
+            rows.p99s[place].add(found.clone().map(|lateness| lateness.p99));
+            rows.cpu[place].add(found.map(|_| 100.0 * cpu));
+        }
+    }
+    rows
+}
+
+impl Row {
+    fn of(contestant: &Contestant) -> Self {
+        Self { name: contestant.name.to_owned(), ours: contestant.ours, rounds: Ok(Vec::new()) }
+    }
+
+    /// Takes in the figure of a turn. A turn without one leaves the row without any.
+    fn add(&mut self, figure: Result<f64, NotRun>) {
+        match (&mut self.rounds, figure) {
+            (Ok(figures), Ok(figure)) => figures.push(figure),
+            (Ok(_), Err(reason)) => self.rounds = Err(reason),
+            (Err(_), _) => {}
+        }
+    }
 }
 
 fn cyclictest(machine: &'static Machine, duration: Duration) -> Result<Lateness, NotRun> {

@@ -13,11 +13,26 @@
 //!      └──┴───────────────────────────┘ 6 the waiter takes the ring
 //! ```
 //!
-//! Why no ring is lost: every transition is a read-modify-write of one word, so all of them have one order.
-//! A ring before arrow 3 makes that arrow fail. A ring after it finds `ASLEEP` and wakes; should the waiter
-//! not yet be inside the kernel, the kernel sees that the word is no longer `ASLEEP` and does not sleep.
+//! Why no ring is lost: every access that matters is a read-modify-write of one word, so all of them have one
+//! order. A ring before arrow 3 makes that arrow fail. A ring after it finds `ASLEEP` and wakes; should the
+//! waiter not yet be inside the kernel, the kernel sees that the word is no longer `ASLEEP` and does not sleep.
+//!
+//! # A condition instead of a ring
+//!
+//! A waiter that looks at a word of its own ([`Bell::wait_for`]) needs no ring while it is awake, only
+//! [`Bell::wake`] while it sleeps. The writer writes first and wakes then; the waiter takes arrow 3 first and
+//! looks then. `wake` is a read-modify-write that changes nothing, so it has its place in the order too. Before
+//! arrow 3, it is what that arrow reads, and the waiter sees the write; after it, it finds `ASLEEP` and rings.
+//! Thus a hand-over between threads that are awake stores nothing in the bell, and nobody has to clear it.
+
+use core::hint::spin_loop;
 
 use crate::primitive::{AtomicU32, Ordering, constructor, futex_wait, futex_wake, now_ns};
+
+/// Looks at the word for one at the clock, while the end of a spin is [`LONG_NS`] away: a fraction of it even where
+/// a pause takes 50 ns.
+const LOOKS: u32 = 16;
+const LONG_NS: u64 = 4_000;
 
 const QUIET: u32 = 0;
 const RUNG: u32 = 1;
@@ -28,9 +43,9 @@ const ASLEEP: u32 = 2;
 /// Rings that come before the waiter looks are merged into one. What the ringer wrote before [`Bell::ring`]
 /// is visible to the waiter after [`Bell::wait`] returned [`Woken::Rung`].
 ///
-/// 128 bytes, the unit in which present CPUs fetch, so that no neighbour's stores disturb a spinning waiter.
+/// Four bytes, so that a bell fits into the cache line of what it announces. Who spins on a bell keeps other
+/// threads' data off its line.
 #[derive(Debug, Default)]
-#[repr(align(128))]
 pub struct Bell {
     state: AtomicU32,
 }
@@ -39,7 +54,7 @@ pub struct Bell {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[must_use]
 pub enum Woken {
-    /// The bell was rung.
+    /// The bell was rung, or what was waited for is ready.
     Rung,
     /// The time came first.
     TimedOut,
@@ -66,6 +81,18 @@ impl Bell {
         }
     }
 
+    /// Wakes the waiter if it sleeps, and leaves no ring if it does not: for a thread that has just made true what
+    /// the waiter waits for with [`Bell::wait_for`].
+    ///
+    /// Async-signal-safe and wait-free. One system call if the waiter sleeps, none otherwise.
+    pub fn wake(&self) {
+        // A read-modify-write, because a plain load may be older than the waiter's step into sleep.
+        // Release: partner of the Acquire in `sleep`, so that a waiter that sleeps later has seen the condition.
+        if self.state.fetch_or(0, Ordering::Release) == ASLEEP {
+            self.ring();
+        }
+    }
+
     /// Takes the ring, if there was one. To be called by the waiter only.
     pub fn take(&self) -> bool {
         // The plain load keeps the line shared while the waiter polls.
@@ -78,35 +105,60 @@ impl Bell {
     /// One waiter at a time. A spin shorter than the cost of a wake-up seldom helps; a thread that shares its
     /// CPU with a ringer passes 0.
     pub fn wait(&self, until: Option<u64>, spin_ns: u64) -> Woken {
-        if self.take() {
+        self.wait_for(|| false, until, spin_ns)
+    }
+
+    /// As [`Bell::wait`], and ends as if rung as soon as `ready` holds. Who makes it hold calls [`Bell::wake`] or
+    /// [`Bell::ring`] afterwards.
+    ///
+    /// `ready` is called often and should read one cache line, best that of the bell.
+    pub fn wait_for(&self, ready: impl Fn() -> bool, until: Option<u64>, spin_ns: u64) -> Woken {
+        let spins = spin_ns > 0;
+        // Before the clock is asked, because what is waited for is often under way.
+        if self.look(&ready, if spins { LOOKS } else { 1 }) {
             return Woken::Rung;
         }
         let until_ns = until.unwrap_or(u64::MAX);
-        if spin_ns > 0 && self.spin(until_ns.min(now_ns().saturating_add(spin_ns))) == Woken::Rung {
+        if spins && self.spin(&ready, until_ns.min(now_ns().saturating_add(spin_ns))) == Woken::Rung {
             return Woken::Rung;
         }
-        self.sleep(until)
+        self.sleep(ready, until)
     }
 
-    /// Spins until the bell is rung or `until_ns` has come.
-    pub fn spin(&self, until_ns: u64) -> Woken {
+    /// Spins until the bell is rung, `ready` holds or `until_ns` has come.
+    pub fn spin(&self, ready: impl Fn() -> bool, until_ns: u64) -> Woken {
+        let mut looks = 1;
         loop {
-            if self.take() {
+            if self.look(&ready, looks) {
                 return Woken::Rung;
             }
-            // No pause instruction: a look at the clock takes as long, and a pause would make the end inexact.
-            if now_ns() >= until_ns {
-                return Woken::TimedOut;
-            }
+            // A look at the clock is blind for as long as a line takes to arrive, so there are many at the word for
+            // one. Near the end nothing but the clock keeps it exact.
+            looks = match until_ns.saturating_sub(now_ns()) {
+                0 => return Woken::TimedOut,
+                LONG_NS.. => LOOKS,
+                _ => 1,
+            };
         }
     }
 
-    fn sleep(&self, until: Option<u64>) -> Woken {
+    /// Whether the bell was rung or `ready` holds, at so many looks.
+    fn look(&self, ready: impl Fn() -> bool, looks: u32) -> bool {
+        (1..=looks).any(|look| {
+            if look > 1 {
+                // Keeps the CPU from guessing ahead of the line, which it would have to undo.
+                spin_loop();
+            }
+            ready() || self.take()
+        })
+    }
+
+    fn sleep(&self, ready: impl Fn() -> bool, until: Option<u64>) -> Woken {
         loop {
-            // Relaxed: going to sleep publishes nothing, and what a ringer published is acquired by `settle`.
-            let slept = self.state.compare_exchange(QUIET, ASLEEP, Ordering::Relaxed, Ordering::Relaxed);
-            let timed_out = slept.is_ok() && futex_wait(&self.state, ASLEEP, until);
-            if self.settle() {
+            // Acquire: partner of the Release in `wake`. What a ringer published is acquired by `settle`.
+            let slept = self.state.compare_exchange(QUIET, ASLEEP, Ordering::Acquire, Ordering::Relaxed);
+            let timed_out = slept.is_ok() && !ready() && futex_wait(&self.state, ASLEEP, until);
+            if self.settle() || ready() {
                 return Woken::Rung;
             }
             if timed_out {

@@ -55,4 +55,10 @@ pub trait Handler: Send {
 
     /// Called once on the lane's thread before real time starts: warm-up.
     fn prepare(&mut self) {}
+
+    /// Called once on the lane's thread when the run starts, after [`Handler::prepare`]. The times of [`Work`] count
+    /// from `origin_ns`, nanoseconds of `CLOCK_MONOTONIC`.
+    fn begin(&mut self, origin_ns: u64) {
+        let _unused = origin_ns;
+    }
 }

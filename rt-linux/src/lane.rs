@@ -8,7 +8,7 @@ use crate::allocations::arm;
 use crate::bell::Woken;
 use crate::handler::{Handler, Work};
 use crate::report::LaneFigures;
-use crate::setup::Fifo;
+use crate::setup::{Fifo, best_effort};
 use crate::shared::Shared;
 use crate::sleeper::Sleeper;
 use crate::timeline::Host;
@@ -38,7 +38,8 @@ pub(crate) struct Lane<'a, C: Capacity, H, L: Exclusive<Scheduler<C>>> {
 
 /// What a lane does next.
 enum Next {
-    Run(UnitId, Work),
+    /// From this time of the run on.
+    Run(UnitId, Work, u64),
     Idle,
     Leave,
 }
@@ -46,18 +47,21 @@ enum Next {
 impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
     /// Until the run stops, or this thread was replaced.
     pub(crate) fn run(&mut self) {
+        self.handler.begin(self.shared.origin_ns);
         self.figures.baseline = Usage::of_thread();
         arm(true);
-        let mut next = self.session(None);
+        let mut next = self.session(None, self.shared.now());
         loop {
             next = match next {
-                Next::Run(unit, work) => {
-                    let (ok, alive) = self.execute(&work);
-                    if !alive {
+                Next::Run(unit, work, start) => match self.execute(&work, start) {
+                    Some((ok, end)) => self.session(Some((unit, ok)), end),
+                    None => {
+                        // Out of the idle class, if that is allowed: a thread that starves while the kernel takes
+                        // its stack apart would keep the lock of the whole address space.
+                        let _unchanged = best_effort();
                         break;
                     }
-                    self.session(Some((unit, ok)))
-                }
+                },
                 Next::Idle => self.wait(),
                 Next::Leave => break,
             };
@@ -67,10 +71,10 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
         self.figures.faults += used.minor_faults + used.major_faults;
     }
 
-    /// Runs a body under the watchdog. Whether it succeeded, and whether this thread is still the lane's.
-    fn execute(&mut self, work: &Work) -> (bool, bool) {
+    /// Runs a body under the watchdog. Whether it succeeded, and when it ended; `None` if the lane has got another
+    /// thread meanwhile.
+    fn execute(&mut self, work: &Work, start: u64) -> Option<(bool, u64)> {
         let shared = self.shared;
-        let start = shared.now();
         self.figures.dispatched(start.saturating_sub(work.since_ns));
         self.figures.units += 1;
         let bound = work.wcet_ns.saturating_mul(BOUND_TIMES).saturating_add(BOUND_PLUS_NS);
@@ -86,30 +90,35 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
         self.figures.overruns += u64::from(took > work.wcet_ns);
         let ok = matches!(result, Ok(Ok(())));
         self.figures.failed += u64::from(!ok);
-        if shared.slots[self.number].disarm() == Bound::Passed {
-            // The job was given up and a spare may have taken the lane; it goes on only if that failed.
-            let replaced = shared.seats[self.number].threads.load(Ordering::Acquire) != self.thread;
-            let back = !replaced && self.fifo.is_none_or(|fifo| fifo.apply().is_ok());
-            return (ok, back);
+        // Asked before and after, because the slot of a thread that was replaced is the spare's. Such a thread was
+        // demoted and must not take the lock: the spare would spin for it on the CPU that it needs.
+        let is_replaced = || shared.seats[self.number].threads.load(Ordering::Acquire) != self.thread;
+        if is_replaced() {
+            return None;
         }
-        (ok, true)
+        let bound = shared.slots[self.number].disarm();
+        // The job was given up. The thread goes on, at its own priority again, until a spare has come.
+        let has_to_leave = bound == Bound::Passed && self.fifo.is_some_and(|fifo| fifo.apply().is_err());
+        if has_to_leave || is_replaced() {
+            return None;
+        }
+        Some((ok, end))
     }
 
-    /// One turn with the scheduler: report, apply what is due, decide, hand out.
-    fn session(&mut self, done: Option<(UnitId, bool)>) -> Next {
+    /// One turn with the scheduler, from `begin` on: report, apply what is due, decide, hand out.
+    fn session(&mut self, done: Option<(UnitId, bool)>, begin: u64) -> Next {
         let shared = self.shared;
-        let begin = shared.now();
         let me = LaneId::new(self.number as u8);
-        let (mine, wake) = shared.scheduler.with(|scheduler, requests| {
+        let (mine, is_sooner) = shared.scheduler.with(|scheduler, requests| {
             shared.host.with(|(timeline, host)| {
                 // A body that came back after the end of the run finds nobody any more.
-                let Some(host) = host.as_mut() else { return (None, u64::MAX) };
+                let Some(host) = host.as_mut() else { return (None, false) };
                 // Read under the lock, so that time goes the way of the lock.
                 let now = Instant::from_nanos(shared.now());
                 let mut since = now.as_nanos();
                 shared.fail_overdue(scheduler, now);
                 if done.is_none() {
-                    shared.take_over(scheduler, self.number);
+                    shared.take_over(scheduler, self.number, self.thread);
                 }
                 match done {
                     // `Late` and `Stale` are the end of a unit whose job was given up meanwhile.
@@ -151,20 +160,23 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
                     }
                 }
                 while let Some(event) = scheduler.take_event() {
-                    host.event(&event);
+                    host.event(event);
                 }
                 shared.jobs.store(scheduler.jobs_in_flight() as u32, Ordering::Relaxed);
                 let wake = [timeline.next_at(), host.next_at(), scheduler.poll_at().map(Instant::as_nanos)];
-                (mine, wake.into_iter().flatten().min().unwrap_or(u64::MAX))
+                let wake = wake.into_iter().flatten().min().unwrap_or(u64::MAX);
+                // Written under the lock, so that an older answer never replaces a newer one.
+                let before = shared.wake_at.swap(wake, Ordering::AcqRel);
+                (mine, wake < before)
             })
         });
-        let before = shared.wake_at.swap(wake, Ordering::AcqRel);
-        if wake < before {
+        if is_sooner {
             shared.ring_keeper(self.number);
         }
-        self.figures.deciding_ns += shared.now().saturating_sub(begin);
+        let end = shared.now();
+        self.figures.deciding_ns += end.saturating_sub(begin);
         match mine {
-            Some((unit, work)) => Next::Run(unit, work),
+            Some((unit, work)) => Next::Run(unit, work, end),
             None => Next::Idle,
         }
     }
@@ -173,42 +185,42 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
     fn wait(&mut self) -> Next {
         let shared = self.shared;
         let seat = &shared.seats[self.number];
-        let bit = 1 << self.number;
-        shared.idle.fetch_or(bit, Ordering::AcqRel);
+        shared.goes_idle(self.number);
         let next = loop {
             if let Some((unit, work)) = seat.take() {
-                break Next::Run(unit, work);
+                break Next::Run(unit, work, shared.now());
             }
-            if shared.stopping.load(Ordering::Acquire) || seat.threads.load(Ordering::Acquire) != self.thread
-            {
+            let is_replaced = seat.threads.load(Ordering::Acquire) != self.thread;
+            if is_replaced || shared.stopping.load(Ordering::Acquire) {
                 break Next::Leave;
             }
-            let keeps = shared.keep(self.number);
-            let wake = shared.wake_at.load(Ordering::Acquire);
-            let until = (keeps && wake != u64::MAX).then(|| shared.origin_ns.saturating_add(wake));
-            match self.sleeper.wait(&seat.bell, until, shared.spin_ns) {
-                Woken::Rung => {}
-                Woken::TimedOut => {
-                    if let Some((unit, work)) = seat.take() {
-                        break Next::Run(unit, work);
-                    }
-                    shared.idle.fetch_and(!bit, Ordering::AcqRel);
-                    match self.session(None) {
-                        Next::Idle => shared.idle.fetch_or(bit, Ordering::AcqRel),
-                        other => break other,
-                    };
+            if !shared.knocked() {
+                let keeps = shared.keep(self.number);
+                let wake = shared.wake_at.load(Ordering::Acquire);
+                let until = (keeps && wake != u64::MAX).then(|| shared.origin_ns.saturating_add(wake));
+                // Units come from lanes that run some: without a job in flight, there is nothing to spin for.
+                let spin_ns = if shared.jobs.load(Ordering::Relaxed) == 0 { 0 } else { shared.spin_ns };
+                if seat.sleep(&mut self.sleeper, until, spin_ns) == Woken::Rung {
+                    continue;
+                }
+                // What the turn at `wake` needs has left the caches while others ran. A turn now, in the lead
+                // that would be spun anyway, brings it back.
+                match self.session(None, shared.now()) {
+                    Next::Idle if shared.wake_at.load(Ordering::Relaxed) != wake => continue,
+                    Next::Idle => {}
+                    other => break other,
+                }
+                if until.is_some_and(|at_ns| seat.spin(at_ns) == Woken::Rung) {
+                    continue;
                 }
             }
-            if shared.knock.swap(false, Ordering::AcqRel) {
-                // Somebody outside posted a request.
-                shared.idle.fetch_and(!bit, Ordering::AcqRel);
-                match self.session(None) {
-                    Next::Idle => shared.idle.fetch_or(bit, Ordering::AcqRel),
-                    other => break other,
-                };
+            shared.leaves_idle(self.number);
+            match self.session(None, shared.now()) {
+                Next::Idle => shared.goes_idle(self.number),
+                other => break other,
             }
         };
-        shared.idle.fetch_and(!bit, Ordering::AcqRel);
+        shared.leaves_idle(self.number);
         shared.pass_on(self.number);
         next
     }

@@ -7,6 +7,7 @@
 //! | [`clock`] | `CLOCK_MONOTONIC` as one integer of nanoseconds |
 //! | [`bell`] | a wake-up that makes no system call while nobody sleeps |
 //! | [`spin_lead`], [`sleeper`] | sleeping to an absolute time, with a final spin that calibrates itself |
+//! | [`seat`] | where a lane is handed its next unit: one cache line, that moves once |
 //! | [`pi_lock`] | the priority-inheriting lock for threads that share a CPU |
 //! | [`setup`] | FIFO priority, pinning, locked memory, heap and idle-state settings |
 //! | [`placement`] | which CPUs the lanes get |
@@ -37,7 +38,7 @@ pub mod preflight;
 mod primitive;
 pub mod report;
 pub mod runtime;
-mod seat;
+pub mod seat;
 pub mod setup;
 mod shared;
 pub mod sleeper;

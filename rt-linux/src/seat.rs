@@ -1,84 +1,152 @@
-//! Where a lane is handed its next unit: one store, and a ring if the lane sleeps.
+//! Where a lane is handed its next unit: one cache line, that moves once while the lane is awake.
+//!
+//! # Protocol
+//!
+//! The holder of the scheduler's lock writes the work, then the unit, and wakes the lane if it sleeps. The lane
+//! compares the unit with the last one that it took: another one is new, because no handle comes twice. So taking
+//! stores nothing in the line, and the next hand-off finds it where the lane left it.
+//!
+//! # Why no work is overwritten before it was read
+//!
+//! The scheduler gives a lane its next unit only after the lane reported the last one, which it does under the
+//! lock and after it read the work. There is one exception: a lane whose body hung is retired and gets a spare
+//! thread. Nothing is handed to it until the spare has discarded what was there, under the lock. A thread that came
+//! back late and was reading then has either taken the unit before, and so has read it, or takes it no more.
 
-use crate::bell::Bell;
+use crate::bell::{Bell, Woken};
 use crate::handler::Work;
-use core::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use crate::sleeper::Sleeper;
+use core::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use red_core::{NodeId, UnitId};
 
-/// A lane's place. Only the holder of the scheduler's lock hands, only the lane takes.
+/// A lane's place. One thread at a time hands, and not before the unit of the time before was reported; only
+/// the lane takes.
+///
+/// ```
+/// use red_core::UnitId;
+/// use red_rt::{handler::Work, seat::Seat};
+/// let (seat, unit) = (Seat::default(), UnitId::from_bits(7));
+/// assert_eq!(seat.take(), None);
+/// seat.hand(unit, &Work::default());
+/// assert_eq!(seat.take(), Some((unit, Work::default())));
+/// assert_eq!(seat.take(), None); // once
+/// ```
 #[derive(Debug, Default)]
-#[repr(align(128))]
-pub(crate) struct Seat {
-    unit: AtomicU64,
-    /// The unit that the lane runs, for whoever has to fail it when its body does not return.
-    running: AtomicU64,
-    work: [AtomicU64; 7],
+#[repr(C, align(128))]
+pub struct Seat {
+    // The line of the hand-off: 64 bytes, written by who hands and read by the lane.
     pub(crate) bell: Bell,
+    /// Task, node and output in 8, 8 and 16 bits.
+    place: AtomicU32,
+    unit: AtomicU64,
+    times: [AtomicU64; 6],
+    // What everybody reads and hardly anybody writes.
     /// The watchdog saw the body run past its bound.
     pub(crate) overdue: AtomicBool,
     /// How often the lane got another thread.
     pub(crate) threads: AtomicU64,
+    own: Own,
+}
+
+/// What the lane alone writes, on lines that nobody else touches while all goes well.
+#[derive(Debug, Default)]
+#[repr(align(128))]
+struct Own {
+    /// The unit that the lane gave itself last.
+    kept: AtomicU64,
+    /// The unit that was handed and taken last.
+    taken: AtomicU64,
 }
 
 impl Seat {
-    pub(crate) fn hand(&self, unit: UnitId, work: &Work) {
+    /// Hands the lane a unit; 0 is none. One system call if the lane sleeps, none otherwise.
+    pub fn hand(&self, unit: UnitId, work: &Work) {
         self.write(work);
-        self.running.store(unit.to_bits(), Ordering::Relaxed);
-        // Release: pairs with the Acquire in `take`, so that the work is there.
+        // Release: partner of the Acquire in `take`, so that the work is there.
         self.unit.store(unit.to_bits(), Ordering::Release);
-        self.bell.ring();
+        self.bell.wake();
     }
 
     /// The unit that was handed, once.
-    pub(crate) fn take(&self) -> Option<(UnitId, Work)> {
-        if self.unit.load(Ordering::Relaxed) == 0 {
+    pub fn take(&self) -> Option<(UnitId, Work)> {
+        let taken = self.own.taken.load(Ordering::Relaxed);
+        // Acquire: partner of the Release in `hand`.
+        let unit = self.unit.load(Ordering::Acquire);
+        if unit == taken {
             return None;
         }
-        // Acquire: pairs with the Release in `hand`.
-        let unit = self.unit.swap(0, Ordering::Acquire);
-        (unit != 0).then(|| (UnitId::from_bits(unit), self.read()))
+        let work = self.read();
+        // Only one of a lane's threads wins. Release: partner of the Acquire in `discard`, after which the work
+        // may be overwritten. Acquire: the work of a thread before this one.
+        let won = self.own.taken.compare_exchange(taken, unit, Ordering::AcqRel, Ordering::Relaxed);
+        won.is_ok().then(|| (UnitId::from_bits(unit), work))
+    }
+
+    /// Sleeps until there may be a unit to take, the lane is rung for another reason, or `until` (nanoseconds of
+    /// `CLOCK_MONOTONIC`) less the spin lead has come; all as in [`Sleeper::sleep`].
+    pub fn sleep(&self, sleeper: &mut Sleeper, until: Option<u64>, spin_ns: u64) -> Woken {
+        sleeper.sleep(&self.bell, self.is_handed(), until, spin_ns)
+    }
+
+    /// Spins until there may be a unit to take, the lane is rung for another reason, or `until_ns` has come.
+    pub fn spin(&self, until_ns: u64) -> Woken {
+        self.bell.spin(self.is_handed(), until_ns)
+    }
+
+    /// Whether there is a unit to take.
+    fn is_handed(&self) -> impl Fn() -> bool {
+        let taken = self.own.taken.load(Ordering::Relaxed);
+        // Relaxed: `take` acquires.
+        move || self.unit.load(Ordering::Relaxed) != taken
+    }
+
+    /// Whatever was handed so far is not to be run any more. To be called under the scheduler's lock.
+    pub(crate) fn discard(&self) {
+        // Acquire: partner of the Release in `take`.
+        self.own.taken.swap(self.unit.load(Ordering::Relaxed), Ordering::AcqRel);
     }
 
     /// The lane gave itself a unit.
     pub(crate) fn keep(&self, unit: UnitId) {
-        self.running.store(unit.to_bits(), Ordering::Relaxed);
+        self.own.kept.store(unit.to_bits(), Ordering::Relaxed);
     }
 
-    /// The unit that the lane was last given.
+    /// The unit that the lane was last given, for whoever has to fail it when its body does not return. To be
+    /// called under the scheduler's lock, under which both words are written.
     pub(crate) fn running(&self) -> UnitId {
-        UnitId::from_bits(self.running.load(Ordering::Relaxed))
+        // The scheduler numbers units upwards, in the high bits.
+        let (unit, kept) = (self.unit.load(Ordering::Relaxed), self.own.kept.load(Ordering::Relaxed));
+        UnitId::from_bits(unit.max(kept))
     }
 
     fn write(&self, work: &Work) {
-        let output = work.output.map_or(0, |o| u64::from(o) + 1);
-        let place = (work.task as u64) << 32 | (work.node.index() as u64) << 20 | output;
-        let words = [
-            place,
-            work.job,
-            work.release_ns,
-            work.deadline_ns,
-            work.since_ns,
-            work.sub_deadline_ns,
-            work.wcet_ns,
-        ];
-        for (slot, word) in self.work.iter().zip(words) {
-            slot.store(word, Ordering::Relaxed);
+        // A capacity has at most 255 tasks and 256 nodes and outputs.
+        let output = work.output.map_or(0, |output| u32::from(output) + 1);
+        let place = (work.task as u32) << 24 | (work.node.index() as u32) << 16 | output;
+        self.place.store(place, Ordering::Relaxed);
+        let times =
+            [work.job, work.release_ns, work.deadline_ns, work.since_ns, work.sub_deadline_ns, work.wcet_ns];
+        for (slot, time) in self.times.iter().zip(times) {
+            slot.store(time, Ordering::Relaxed);
         }
     }
 
     fn read(&self) -> Work {
-        let word = |i: usize| self.work[i].load(Ordering::Relaxed);
-        let place = word(0);
+        let place = self.place.load(Ordering::Relaxed);
+        let time = |i: usize| self.times[i].load(Ordering::Relaxed);
         Work {
-            task: (place >> 32) as usize,
-            node: NodeId::new((place >> 20) as u8),
-            output: ((place & 0xf_ffff) as u16).checked_sub(1),
-            job: word(1),
-            release_ns: word(2),
-            deadline_ns: word(3),
-            since_ns: word(4),
-            sub_deadline_ns: word(5),
-            wcet_ns: word(6),
+            task: (place >> 24) as usize,
+            node: NodeId::new((place >> 16) as u8),
+            output: (place as u16).checked_sub(1),
+            job: time(0),
+            release_ns: time(1),
+            deadline_ns: time(2),
+            since_ns: time(3),
+            sub_deadline_ns: time(4),
+            wcet_ns: time(5),
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

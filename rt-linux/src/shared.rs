@@ -58,22 +58,44 @@ impl<C: Capacity, H, L: Exclusive<Scheduler<C>>> Shared<C, H, L> {
         }
     }
 
-    /// A spare thread takes its lane over.
-    pub(crate) fn take_over(&self, scheduler: &mut Scheduler<C>, lane: usize) {
-        let bit = 1 << lane;
-        if self.spared.load(Ordering::Relaxed) & bit != 0 {
+    /// A spare takes its lane over. To be called under the lock, after [`Self::fail_overdue`].
+    pub(crate) fn take_over(&self, scheduler: &mut Scheduler<C>, lane: usize, thread: u64) {
+        let (bit, seat) = (1 << lane, &self.seats[lane]);
+        // Acquire: the bit is set after the thread was. The thread that hung may come here too; it would take over
+        // before the lane was retired.
+        if self.spared.load(Ordering::Acquire) & bit != 0 && seat.threads.load(Ordering::Relaxed) == thread {
             self.spared.fetch_and(!bit, Ordering::AcqRel);
+            // The lane was retired, so this is the unit that was failed then, or one before it.
+            seat.discard();
             scheduler.restore_lane(LaneId::new(lane as u8));
         }
     }
 
+    /// The lane waits: who has something for any lane may ring it.
+    pub(crate) fn goes_idle(&self, lane: usize) {
+        // SeqCst, as all that follows it in `wait`: see `pass_on` and `knock`.
+        self.idle.fetch_or(1 << lane, Ordering::SeqCst);
+    }
+
+    /// The lane has something to do.
+    pub(crate) fn leaves_idle(&self, lane: usize) {
+        self.idle.fetch_and(!(1 << lane), Ordering::AcqRel);
+    }
+
     /// Whether this lane keeps the time; it becomes the keeper if nobody is.
     pub(crate) fn keep(&self, lane: usize) -> bool {
-        let lane = lane as u32;
-        match self.keeper.compare_exchange(NOBODY, lane, Ordering::AcqRel, Ordering::Acquire) {
-            Ok(_) => true,
-            Err(keeper) => keeper == lane,
-        }
+        // Looked at first, because an exchange that fails takes the line from the others too.
+        let keeper = match self.keeper.load(Ordering::SeqCst) {
+            NOBODY => {
+                let place = &self.keeper;
+                match place.compare_exchange(NOBODY, lane as u32, Ordering::SeqCst, Ordering::SeqCst) {
+                    Ok(_) => lane as u32,
+                    Err(other) => other,
+                }
+            }
+            keeper => keeper,
+        };
+        keeper == lane as u32
     }
 
     /// The next instant moved: the keeper must look again.
@@ -88,21 +110,34 @@ impl<C: Capacity, H, L: Exclusive<Scheduler<C>>> Shared<C, H, L> {
 
     /// Gives up keeping the time; another idle lane is rung to take it.
     pub(crate) fn pass_on(&self, me: usize) {
-        let mine = self.keeper.compare_exchange(me as u32, NOBODY, Ordering::AcqRel, Ordering::Acquire);
-        if mine.is_ok() || mine == Err(NOBODY) {
-            let others = self.idle.load(Ordering::Acquire) & !(1 << me);
-            if others != 0
-                && let Some(seat) = self.seats.get(others.trailing_zeros() as usize)
-            {
-                seat.bell.ring();
-            }
+        // Only the keeper itself gives its place up.
+        let keeper = self.keeper.load(Ordering::Acquire);
+        if keeper == me as u32 {
+            // SeqCst, here and in `ring_idle`: a lane that goes idle sets its bit and then looks for a keeper, this
+            // lane gives the place up and then looks at the bits. In the one order of all four, either that lane
+            // finds the place free or this one finds its bit.
+            self.keeper.store(NOBODY, Ordering::SeqCst);
+        }
+        if keeper == me as u32 || keeper == NOBODY {
+            self.ring_idle(!(1 << me));
         }
     }
 
     /// Rings a lane that waits, so that it takes a posted request; busy lanes look when they complete.
     pub(crate) fn knock(&self) {
-        self.knock.store(true, Ordering::Release);
-        let idle = self.idle.load(Ordering::Acquire);
+        // SeqCst: either a lane that goes idle sees this, or its bit is seen below; as in `pass_on`.
+        self.knock.store(true, Ordering::SeqCst);
+        self.ring_idle(u32::MAX);
+    }
+
+    /// Whether somebody knocked since the last call.
+    pub(crate) fn knocked(&self) -> bool {
+        self.knock.load(Ordering::SeqCst) && self.knock.swap(false, Ordering::AcqRel)
+    }
+
+    /// Rings one of the lanes that wait.
+    fn ring_idle(&self, among: u32) {
+        let idle = self.idle.load(Ordering::SeqCst) & among;
         if let Some(seat) = self.seats.get(idle.trailing_zeros() as usize) {
             seat.bell.ring();
         }

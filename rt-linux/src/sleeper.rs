@@ -28,33 +28,49 @@ impl Sleeper {
     /// Sleeps until `at_ns`; returns how late it is then, in nanoseconds.
     pub fn sleep_until(&mut self, at_ns: u64) -> u64 {
         let nobody = Bell::new();
-        let Woken::TimedOut = self.wait(&nobody, Some(at_ns), 0) else {
+        let Woken::TimedOut = self.wait(&nobody, || false, Some(at_ns), 0) else {
             unreachable!("nobody else knows this bell");
         };
         now_ns().saturating_sub(at_ns)
     }
 
-    /// Waits until `bell` is rung or `until` (nanoseconds of `CLOCK_MONOTONIC`) has come.
+    /// Waits until `bell` is rung, `ready` holds ([`Bell::wait_for`]) or `until` (nanoseconds of `CLOCK_MONOTONIC`)
+    /// has come.
     ///
     /// `spin_ns` is for the ring: how long to spin for it before going to sleep. A yielding sleeper ignores it.
-    pub fn wait(&mut self, bell: &Bell, until: Option<u64>, spin_ns: u64) -> Woken {
+    pub fn wait(&mut self, bell: &Bell, ready: impl Fn() -> bool, until: Option<u64>, spin_ns: u64) -> Woken {
+        match (self.sleep(bell, &ready, until, spin_ns), until) {
+            (Woken::TimedOut, Some(at_ns)) => bell.spin(ready, at_ns),
+            (woken, _) => woken,
+        }
+    }
+
+    /// The first part of [`Sleeper::wait`]: ends the spin lead before `until`, for who has something to prepare for
+    /// that time, and then spins with [`Bell::spin`].
+    pub fn sleep(
+        &mut self,
+        bell: &Bell,
+        ready: impl Fn() -> bool,
+        until: Option<u64>,
+        spin_ns: u64,
+    ) -> Woken {
         let Some(lead) = &mut self.lead else {
-            return bell.wait(until, 0);
+            return bell.wait_for(ready, until, 0);
         };
         let Some(at_ns) = until else {
-            return bell.wait(None, spin_ns);
+            return bell.wait_for(ready, None, spin_ns);
         };
         let early_ns = at_ns.saturating_sub(lead.begin(at_ns));
         let now = now_ns();
         if early_ns > now.saturating_add(spin_ns) {
-            if bell.wait(Some(early_ns), spin_ns) == Woken::Rung {
+            if bell.wait_for(ready, Some(early_ns), spin_ns) == Woken::Rung {
                 return Woken::Rung;
             }
             lead.woke(now_ns().saturating_sub(early_ns));
         } else if at_ns > now {
             lead.skipped();
         }
-        bell.spin(at_ns)
+        Woken::TimedOut
     }
 
     /// The present spin lead in nanoseconds; 0 for a yielding sleeper.

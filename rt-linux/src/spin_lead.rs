@@ -39,6 +39,7 @@ pub struct SpinLead {
     late99_ns: u64,
     typical: Mean,
     interval: Mean,
+    at_ns: u64,
     previous_at_ns: Option<u64>,
 }
 
@@ -50,6 +51,7 @@ impl SpinLead {
             late99_ns: FIRST_LEAD_NS,
             typical: Mean::of(FIRST_LEAD_NS / 2),
             interval: Mean::of(1_000_000),
+            at_ns: 0,
             previous_at_ns: None,
         }
     }
@@ -61,16 +63,16 @@ impl SpinLead {
         self.late99_ns.min(affordable).min(MAX_LEAD_NS)
     }
 
-    /// A wait to `at_ns` begins; returns the lead for it in nanoseconds.
+    /// A wait to `at_ns` begins; returns the lead for it in nanoseconds. A wait that then ends before its time
+    /// teaches nothing.
     pub fn begin(&mut self, at_ns: u64) -> u64 {
-        if let Some(previous) = self.previous_at_ns.replace(at_ns) {
-            self.interval.add(at_ns.saturating_sub(previous).min(MAX_INTERVAL_NS));
-        }
+        self.at_ns = at_ns;
         self.lead_ns()
     }
 
     /// The sleep of this wait ended `late_ns` after its time.
     pub fn woke(&mut self, late_ns: u64) {
+        self.came();
         self.typical.add(late_ns.min(self.lead_ns()));
         let step = self.late99_ns / 1024 + 1;
         self.late99_ns = if late_ns > self.late99_ns {
@@ -82,7 +84,14 @@ impl SpinLead {
 
     /// The wait was too short to sleep.
     pub fn skipped(&mut self) {
+        self.came();
         self.typical.add(0);
+    }
+
+    fn came(&mut self) {
+        if let Some(previous) = self.previous_at_ns.replace(self.at_ns) {
+            self.interval.add(self.at_ns.saturating_sub(previous).min(MAX_INTERVAL_NS));
+        }
     }
 }
 

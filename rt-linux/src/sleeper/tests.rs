@@ -26,7 +26,7 @@ fn a_ring_ends_the_wait_with_and_without_a_time() {
         let bell = Bell::new();
         for until in [None, Some(u64::MAX), Some(0)] {
             bell.ring();
-            assert_eq!(sleeper.wait(&bell, until, 1_000), Woken::Rung);
+            assert_eq!(sleeper.wait(&bell, || false, until, 1_000), Woken::Rung);
         }
     }
 }

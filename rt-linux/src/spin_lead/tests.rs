@@ -74,6 +74,20 @@ fn one_outlier_moves_the_lead_by_a_tenth() {
 }
 
 #[test]
+fn waits_that_end_early_do_not_shorten_the_interval() {
+    let (mut rung, mut quiet) = (SpinLead::new(), SpinLead::new());
+    for period in 1..=100_u64 {
+        for _ in 0..10 {
+            rung.begin(period * 1_000_000);
+        }
+        quiet.begin(period * 1_000_000);
+        rung.woke(100_000);
+        quiet.woke(100_000);
+    }
+    assert_eq!(rung.lead_ns(), quiet.lead_ns());
+}
+
+#[test]
 fn no_input_takes_the_lead_out_of_its_range() {
     let mut lead = SpinLead::new();
     for i in 0..10_000_u64 {
