@@ -4,8 +4,8 @@ use crate::Lab;
 use crate::execution::Execution;
 use crate::report::{Report, Row, Shed};
 use red_core::{
-    Action, BestCase, CommitError, Config, Dispatch, Empty, Instant, JobId, NodeId, Outcome, ReleaseError,
-    Scheduler, ShedReason, TaskId, UnitId,
+    Action, BestCase, CommitError, Config, Dispatch, Empty, Instant, JobId, Member, NodeId, Outcome,
+    ReleaseError, Scheduler, ShedReason, TaskId, UnitId,
 };
 use red_workload::build::{self, BuildError, Change, Numbered, Plan};
 use red_workload::metrics::TaskLog;
@@ -62,7 +62,8 @@ pub fn simulate(workload: &Workload, options: &Options) -> Result<Report, SimErr
 pub(crate) struct Running {
     unit: UnitId,
     started: u64,
-    due: Instant,
+    /// Its members, and when each should end.
+    due: Vec<(JobId, NodeId, Instant)>,
 }
 
 pub(crate) struct Host<'a> {
@@ -162,9 +163,11 @@ impl<'a> Host<'a> {
             let key = (*finish, *lane);
             if let Some(done) = self.running.remove(&key) {
                 self.occupied(&done, now.as_nanos());
-                if now > done.due {
-                    self.nodes_missed += self.scheduler.members(done.unit).count() as u64;
-                }
+                // Only members whose jobs are still wanted can miss anything.
+                let late = |m: &Member| {
+                    done.due.iter().any(|(job, node, due)| (*job, *node) == (m.job, m.node) && *due < now)
+                };
+                self.nodes_missed += self.scheduler.members(done.unit).filter(late).count() as u64;
                 // `Late` is the end of a unit whose jobs were given up: its lane is free again.
                 let _lane_is_free = self.scheduler.complete(done.unit, now);
                 self.note_events();
@@ -254,8 +257,10 @@ impl<'a> Host<'a> {
 
     fn start(&mut self, started: Dispatch, now: Instant) {
         let Some(unit) = self.scheduler.unit(started.unit) else { return };
+        let members = self.scheduler.members(started.unit);
+        let due = members.map(|m| (m.job, m.node, m.sub_deadline)).collect();
         let cost = self.suspended.remove(&(unit.first.job, unit.first.node)).unwrap_or_else(|| {
-            let draw = |m: red_core::Member| {
+            let draw = |m: Member| {
                 let task = m.task.index();
                 self.options.execution.draw(
                     self.options.seed,
@@ -267,7 +272,7 @@ impl<'a> Host<'a> {
             self.scheduler.members(started.unit).map(draw).max().unwrap_or(0)
         });
         let finish = now.as_nanos().saturating_add(cost);
-        let running = Running { unit: started.unit, started: now.as_nanos(), due: unit.sub_deadline };
+        let running = Running { unit: started.unit, started: now.as_nanos(), due };
         self.running.insert((finish, started.lane.index()), running);
         self.note_rows(finish);
     }

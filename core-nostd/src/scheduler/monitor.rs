@@ -110,7 +110,8 @@ impl<C: Capacity> Scheduler<C> {
 
     /// A unit that started makes jobs longer: the next event looks at them, or the next tick if that is earlier.
     pub(super) fn look_soon(&mut self) {
-        self.monitor.tick_at = self.monitor.tick_at.min(self.next_tick());
+        // A tick of this instant came before what started.
+        self.monitor.tick_at = self.monitor.tick_at.min(self.window.saturating_add(self.tick()));
         self.monitor.wake = self.monitor.wake.min(self.monitor.tick_at);
         self.alarm = self.alarm.min(self.now.saturating_add(NEXT));
     }

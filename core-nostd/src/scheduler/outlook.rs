@@ -62,9 +62,7 @@ impl<C: Capacity> Scheduler<C> {
         }
         match (case, self.output_of(slot, rank)) {
             (Case::Best, Some(OutputState::Kept)) => (0, 0),
-            (Case::Best, Some(OutputState::Running(lane))) => {
-                (0, self.left_on(usize::from(lane)))
-            }
+            (Case::Best, Some(OutputState::Running(lane))) => (0, self.left_on(usize::from(lane))),
             _ => (whole, whole),
         }
     }

@@ -4,6 +4,7 @@ use super::Scheduler;
 use super::bits;
 use super::event::EventKind;
 use crate::capacity::{Capacity, Empty};
+use crate::deadlines::DeadlineRule;
 use crate::id::{JobId, LaneId, NodeId, PoolId, TaskId, UnitId};
 use crate::time::{Duration, Instant};
 use core::hint::cold_path;
@@ -55,6 +56,8 @@ pub struct Member {
     pub release: Instant,
     /// When the job is due.
     pub deadline: Instant,
+    /// When the node should end: release plus its sub-deadline, at least the epoch.
+    pub sub_deadline: Instant,
 }
 
 /// What a unit is.
@@ -69,8 +72,6 @@ pub struct Unit {
     pub pool: PoolId,
     /// When it started.
     pub started: Instant,
-    /// When the first member should end: release plus the node's sub-deadline.
-    pub sub_deadline: Instant,
     /// The worst-case execution time of the first member's node.
     pub wcet: Duration,
     /// Number of the encoder result that the unit writes or reads. Numbers are below `C::NODES`, and one stays
@@ -88,17 +89,12 @@ impl<C: Capacity> Scheduler<C> {
             return None;
         }
         let (slot, rank) = (usize::from(l.slot), usize::from(l.rank));
-        let node = self.node(slot, rank);
-        let key = self.jobs[slot].key_of(self.version(slot), rank, self.config.residual());
-        let offset =
-            if self.config.rule == crate::deadlines::DeadlineRule::LatestStart { node.cost() } else { 0 };
         Some(Unit {
             first: self.member(slot, rank),
             lane: LaneId::new(lane as u8),
             pool: PoolId::new(l.pool),
             started: l.started,
-            sub_deadline: Instant::from_nanos(key.saturating_add_unsigned(offset).max(0).cast_unsigned()),
-            wcet: node.wcet.get(),
+            wcet: self.node(slot, rank).wcet.get(),
             output: l.output.checked_sub(1),
         })
     }
@@ -125,14 +121,18 @@ impl<C: Capacity> Scheduler<C> {
     }
 
     fn member(&self, slot: usize, rank: usize) -> Member {
-        let job = &self.jobs[slot];
+        let (job, version) = (&self.jobs[slot], self.version(slot));
+        let starts = self.config.rule == DeadlineRule::LatestStart;
+        let cost = if starts { self.node(slot, rank).cost() } else { 0 };
+        let due = job.key_of(version, rank, self.residual).saturating_add_unsigned(cost);
         Member {
             job: JobId::new(slot, job.generation),
             task: job.task,
             index: job.index,
-            node: NodeId::new(self.version(slot).order[rank]),
+            node: NodeId::new(version.order[rank]),
             release: job.release,
             deadline: job.deadline,
+            sub_deadline: Instant::from_nanos(due.max(0).cast_unsigned()),
         }
     }
 

@@ -98,6 +98,8 @@ impl Drive {
                     other => panic!("nobody asked for {other:?}"),
                 }
             }
+            // Else a host that sleeps until then would never sleep.
+            assert!(self.scheduler.poll_at().is_none_or(|next| next > at), "poll leaves nothing due");
             watch.quiet(&self.scheduler, now);
         }
     }
