@@ -3,7 +3,7 @@
 use std::error::Error;
 use std::fmt;
 use std::io;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Why a body could not be made, or failed in a call.
 ///
@@ -18,6 +18,23 @@ pub enum BodyError {
         path: PathBuf,
         /// What the system said.
         reason: io::Error,
+    },
+    /// A model or a shared object is a directory, a FIFO, a device or a socket.
+    NotAFile {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A model or a shared object has more bytes than one may have.
+    TooLarge {
+        /// The file.
+        path: PathBuf,
+        /// Bytes that it may have.
+        most: u64,
+    },
+    /// A path leads out of the folder that it has to stay in.
+    Outside {
+        /// The path.
+        path: PathBuf,
     },
     /// The engine does not accept a model.
     Model {
@@ -97,70 +114,81 @@ impl BodyError {
     }
 }
 
-impl fmt::Display for BodyError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+impl BodyError {
+    /// What is wrong and what would be right, in one line, with foreign text and paths as the caller shows these.
+    #[must_use]
+    pub fn told(&self, text: fn(&str) -> String, path: fn(&Path) -> String) -> String {
+        let shown = path;
         match self {
-            Self::Read { path, reason } => {
-                write!(f, "cannot read {path:?}: {reason}; paths of bodies are relative to the workload file")
+            Self::Read { path, reason } => format!(
+                "cannot read `{}`: {reason}; expected a file in the folder of the workload file or below",
+                shown(path)
+            ),
+            Self::NotAFile { path } => format!(
+                "`{}` is a directory, a FIFO, a device or a socket; expected a regular file",
+                shown(path)
+            ),
+            Self::TooLarge { path, most } => {
+                format!("`{}` is too large; expected at most {} GiB", shown(path), most >> 30)
             }
-            Self::Model { path, reason } => {
-                write!(
-                    f,
-                    "the model {path:?} does not load: {reason}; export it as ONNX with operators of opset 13 to 21"
-                )
-            }
-            Self::Port { path, port, reason } => {
-                write!(
-                    f,
-                    "the tensor {port:?} of the model {path:?} {reason}; export the model with 32-bit floats and fixed sizes"
-                )
-            }
-            Self::Library { path, reason } => {
-                write!(
-                    f,
-                    "onnxruntime does not load from {path:?}: {reason}; name a libonnxruntime.so of version 1.22 or newer"
-                )
-            }
+            Self::Outside { path } => format!(
+                "`{}` leads out of the folder of the workload file; expected a file in it or below, also through links",
+                shown(path)
+            ),
+            Self::Model { path, reason } => format!(
+                "the model `{}` does not load: {}; expected ONNX with operators of opset 13 to 21",
+                shown(path),
+                text(reason)
+            ),
+            Self::Port { path, port, reason } => format!(
+                "the tensor `{}` of the model `{}` {reason}; expected 32-bit floats and fixed sizes",
+                text(port),
+                shown(path)
+            ),
+            Self::Library { path, reason } => format!(
+                "onnxruntime does not load from `{}`: {}; expected a libonnxruntime.so of version 1.22 or newer",
+                shown(path),
+                text(reason)
+            ),
             Self::Thread => {
-                f.write_str("the system starts no more threads; raise `ulimit -u` or use fewer lanes")
+                "the system starts no more threads; raise `ulimit -u` or use fewer lanes".to_owned()
             }
-            Self::Plugin { path, reason } => {
-                write!(
-                    f,
-                    "the plugin {path:?} does not load: {reason}; build it with `cc -shared -fPIC` for this machine"
-                )
-            }
-            Self::Symbol { path, symbol } => {
-                write!(
-                    f,
-                    "the plugin {path:?} has no function {symbol:?}; declare it as in red_plugin.h, in C++ with extern \"C\""
-                )
-            }
-            Self::Open { path, symbol, code } => {
-                write!(
-                    f,
-                    "{symbol:?} of the plugin {path:?} returned {code}; see the plugin's own documentation"
-                )
-            }
-            Self::Buffer { buffer, expected, found } => {
-                write!(
-                    f,
-                    "the {buffer} buffer holds {found} values, not {expected}; size it by the network's ports"
-                )
-            }
+            Self::Plugin { path, reason } => format!(
+                "the plugin `{}` does not load: {}; expected what `cc -shared -fPIC` builds for this machine",
+                shown(path),
+                text(reason)
+            ),
+            Self::Symbol { path, symbol } => format!(
+                "the plugin `{}` has no function `{}`; expected one as red_plugin.h declares it, in C++ extern \"C\"",
+                shown(path),
+                text(symbol)
+            ),
+            Self::Open { path, symbol, code } => format!(
+                "`{}` of the plugin `{}` returned {code}; expected 0: see the plugin's own documentation",
+                text(symbol),
+                shown(path)
+            ),
+            Self::Buffer { buffer, expected, found } => format!(
+                "the {buffer} buffer holds {found} values, not {expected}; size it by the network's ports"
+            ),
             Self::NotOnLane => {
-                f.write_str("a network ran outside a lane; start the thread's work through onnx::on_lane")
+                "a network ran outside a lane; start the thread's work through onnx::on_lane".to_owned()
             }
             Self::Inference { reason } => {
-                write!(f, "the inference failed: {reason}; check the model with another engine")
+                format!("the inference failed: {}; check the model with another engine", text(reason))
             }
-            Self::Returned { code } => {
-                write!(
-                    f,
-                    "the plugin's step function returned {code}; 0 means done, see the plugin's own documentation"
-                )
-            }
+            Self::Returned { code } => format!(
+                "the plugin's step function returned {code}; 0 means done, see the plugin's own documentation"
+            ),
         }
+    }
+}
+
+/// Foreign text is escaped, and as long as it is: who prints to people cuts it, by [`BodyError::told`].
+impl fmt::Display for BodyError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let escaped = |text: &str| text.escape_debug().to_string();
+        f.write_str(&self.told(escaped, |path| path.to_string_lossy().escape_debug().to_string()))
     }
 }
 

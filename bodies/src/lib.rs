@@ -14,6 +14,7 @@
 //! | [`scene`] | not a body: the road frames that stand in for a camera |
 
 mod body;
+mod body_file;
 mod clock;
 mod error;
 pub mod onnx;
@@ -22,4 +23,5 @@ pub mod scene;
 pub mod spin;
 
 pub use body::{Body, Call};
+pub use body_file::within;
 pub use error::BodyError;

@@ -16,6 +16,7 @@ mod ort;
 mod rten;
 mod wire;
 
+use std::io::{Read, Seek};
 use std::path::Path;
 
 #[cfg(feature = "ort")]
@@ -24,14 +25,14 @@ pub use self::rten::Rten;
 pub use inference::Inference;
 pub use lane::on_lane;
 
-use crate::{Body, BodyError, Call};
+use crate::{Body, BodyError, Call, body_file};
 
 /// An inference engine.
 pub trait Engine: Send + Sync {
     /// Reads a model, prepares it and runs it once. Not for real time: takes milliseconds to seconds.
     ///
     /// # Errors
-    /// The file cannot be read, the engine does not accept it, it fails on an input of zeros, or it has inputs or
+    /// The file cannot be read, is not a regular one of at most 2 GiB, the engine does not accept it, it fails on an input of zeros, or it has inputs or
     /// outputs that are not `f32` of fixed size.
     fn load(&self, path: &Path) -> Result<Box<dyn Network>, BodyError>;
 }
@@ -114,9 +115,24 @@ impl Port {
     /// The error for an output that an engine produced in another size.
     fn changed(&self) -> BodyError {
         BodyError::Inference {
-            reason: format!("the output {:?} is not of the size that the model declares", self.name),
+            reason: format!("the output `{}` is not of the size that the model declares", self.name),
         }
     }
+}
+
+/// Size of the largest model, in bytes: what protobuf, in which models are written, allows.
+const MAX_BYTES: u64 = 2 << 30;
+
+/// Reads a model's file. What does not begin like one, such as a sparse file of zeros, is not read further.
+fn read(path: &Path) -> Result<Vec<u8>, BodyError> {
+    let unreadable = |reason| BodyError::Read { path: path.into(), reason };
+    let (mut file, size) = body_file::open(path, MAX_BYTES)?;
+    let mut first = [0];
+    let begins = file.read(&mut first).map_err(unreadable)?;
+    if begins == 0 || !wire::begins(first[0]) {
+        return Err(BodyError::Model { path: path.into(), reason: wire::NO_MODEL.into() });
+    }
+    file.rewind().and_then(|()| body_file::read(file, size)).map_err(unreadable)
 }
 
 /// Runs a loaded network once, on zeros, so that what it gets wrong comes out before real time starts.

@@ -1,5 +1,7 @@
 //! C functions of a shared object as bodies. `include/red_plugin.h` is the contract; this file keeps its Rust side.
 
+mod elf;
+
 use std::ffi::{c_int, c_void};
 use std::fs;
 use std::mem;
@@ -9,10 +11,13 @@ use std::sync::Arc;
 
 use libloading::Library;
 
-use crate::{Body, BodyError, Call};
+use crate::{Body, BodyError, Call, body_file};
 
 /// Version of the interface: `RED_PLUGIN_ABI`.
 pub const ABI: u32 = 1;
+
+/// Size of the largest shared object, in bytes. Before it is loaded, only its tables are read.
+const MAX_BYTES: u64 = 1 << 30;
 
 /// `red_plugin_context`.
 #[repr(C)]
@@ -72,13 +77,20 @@ impl Plugin {
     /// The shared object and `host` stay in memory until the process ends: a plugin may have threads of its own.
     ///
     /// # Errors
-    /// There is no such file, it does not load, or it has no such function.
+    /// There is no such file, it is not a regular one of at most 1 GiB, it is not whole or does not load, or it has no
+    /// such function.
     pub fn load(path: &Path, symbol: &str, host: &Arc<Host>) -> Result<Self, BodyError> {
         // A full path, because the dynamic linker looks for a bare name elsewhere.
         let full = fs::canonicalize(path).map_err(|reason| BodyError::Read { path: path.into(), reason })?;
+        let refused = |reason| BodyError::Plugin { path: path.into(), reason };
+        let (mut file, size) = body_file::open(&full, MAX_BYTES)?;
+        elf::check(&mut file, size).map_err(|reason| refused(reason.to_owned()))?;
         // SAFETY: loading runs the object's initialisers. Whoever wrote the workload file chose this code.
-        let library = unsafe { Library::new(full) }
-            .map_err(|error| BodyError::Plugin { path: path.into(), reason: error.to_string() })?;
+        let library = unsafe { Library::new(&full) }.map_err(|error| {
+            // The linker begins with the path, which the message has already.
+            let (reason, full) = (error.to_string(), format!("{}: ", full.display()));
+            refused(reason.strip_prefix(&full).unwrap_or(&reason).to_owned())
+        })?;
         // SAFETY: `red_plugin.h` gives a function of this name this type.
         let step = unsafe { library.get::<Step>(symbol) }.map(|step| *step);
         // SAFETY: as above.

@@ -15,7 +15,9 @@ use crate::run::{watch, write_trace};
 use crate::session::{Options, RunSummary, Session};
 use crate::table::{Table, time};
 use models::Models;
+use red_rt::stop::StopSignals;
 use red_workload::policy::Policy;
+use red_workload::{Format, Source, shown_path};
 use scene::Costs;
 use serde::Serialize;
 use std::fs;
@@ -28,7 +30,7 @@ Example:
   redrt demo --duration 10s")]
 pub(crate) struct Args {
     /// Time per policy.
-    #[arg(long, value_name = "TIME", default_value = "10s", value_parser = options::time_ns)]
+    #[arg(long, value_name = "TIME", default_value = "10s", allow_hyphen_values = true, value_parser = options::time_ns)]
     duration: u64,
     /// Folder for the traces.
     #[arg(long, value_name = "FOLDER", default_value = "redrt-demo")]
@@ -51,40 +53,45 @@ pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
     if args.duration == 0 {
         return Err(Failure::Input("--duration 0s is no run; give it a time such as 10s".to_owned()));
     }
+    fs::create_dir_all(&args.out).map_err(|e| {
+        Failure::Machine(format!(
+            "cannot make the folder `{}`: {e}; choose another with --out",
+            shown_path(&args.out)
+        ))
+    })?;
+    // Around both runs: a signal between them is one, too.
+    let signals = StopSignals::install().map_err(|e| Failure::Machine(e.to_string()))?;
     let models = Models::unpack()?;
-    let costs = Costs::measure(models.folder())?;
+    let Some(costs) = Costs::measure(models.folder())? else {
+        output::note("stopped; nothing ran");
+        return Ok(Answer::No);
+    };
     let lanes = scene::lanes()?;
     let plan = scene::plan(&costs, lanes, args.duration);
     output::note(&plan.explained);
-    let workload =
-        red_workload::parse(plan.file.as_bytes(), red_workload::Format::Toml, "the demo's workload")?;
+    let source = Source::parse(plan.file.as_bytes(), Format::Toml, &models.folder().join("demo.toml"))?;
     let mut sessions = Vec::new();
     for policy in POLICIES {
+        if signals.requested().is_some() {
+            break;
+        }
         let options = Options {
             policy,
             duration_ns: args.duration,
             best_effort: true,
-            folder: models.folder(),
             trace: true,
             obstacle_ns: Some(plan.obstacle_ns),
         };
-        let session = watch(&workload, &options)?;
-        let stopped = session.summary.stopped_by.is_some();
-        sessions.push(session);
-        if stopped {
-            break;
-        }
+        sessions.push(watch(&source, &options)?);
+    }
+    if sessions.is_empty() {
+        output::note("stopped; nothing ran");
+        return Ok(Answer::No);
     }
     let mut traces = Vec::new();
-    fs::create_dir_all(&args.out).map_err(|e| {
-        Failure::Machine(format!(
-            "cannot make the folder {}: {e}; choose another with --out",
-            args.out.display()
-        ))
-    })?;
     for session in &sessions {
         let path = args.out.join(format!("{}.trace.json", session.summary.report.policy));
-        write_trace(&path, &workload, session)?;
+        write_trace(&path, session)?;
         traces.push(path);
     }
     if args.json {

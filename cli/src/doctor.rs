@@ -2,8 +2,11 @@
 
 use crate::outcome::{Answer, Failure};
 use crate::output;
+use crate::progress;
+use crate::terminal::{self, Paint, wrap};
 use red_rt::preflight::{Finding, Severity, examine, measure};
 use serde::Serialize;
+use std::io;
 use std::path::Path;
 use std::time::Duration;
 
@@ -48,16 +51,33 @@ struct Line<'a> {
 pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
     let mut findings = examine(Path::new("/"));
     if !args.quick {
-        findings.extend(measure(MEASUREMENT));
+        findings.extend(progress::during("measuring for 5 s", || measure(MEASUREMENT)));
     }
     let report = report(&findings);
     if args.json {
         output::json(&report)?;
     } else {
-        let lines: String = findings.iter().map(|finding| format!("{finding}\n")).collect();
+        // Programs that read along get one line for each finding.
+        let shown = if terminal::moves(&io::stdout()) { on_terminal } else { Finding::to_string };
+        let lines: String = findings.iter().map(|finding| shown(finding) + "\n").collect();
         output::line(&format!("{lines}{} pass, {} warn, {} fail", report.pass, report.warn, report.fail))?;
     }
     Ok(Answer::of(report.fail == 0))
+}
+
+/// A finding for people: what has to be mended stands out, with its reason and its cure on lines of their own.
+fn on_terminal(finding: &Finding) -> String {
+    let paint = Paint::on(&io::stdout());
+    let severity = match finding.severity {
+        Severity::Pass => paint.green("PASS"),
+        Severity::Warn => paint.yellow("WARN"),
+        Severity::Fail => paint.red("FAIL"),
+    };
+    let head = format!("{severity} {}", wrap(&format!("{}: {}", finding.id, finding.value), 7));
+    if finding.severity == Severity::Pass {
+        return head;
+    }
+    format!("{head}\n       {}\n       {}", wrap(finding.why, 7), wrap(&format!("fix: {}", finding.fix), 7))
 }
 
 fn report<'a>(findings: &'a [Finding]) -> Report<'a> {

@@ -2,48 +2,57 @@
 //! that standard output stays clean.
 
 use crate::session::host::Live;
+use crate::terminal::{self, Paint};
 use red_workload::build::Numbered;
-use std::fmt::Write as _;
-use std::io::{self, IsTerminal, Write as _};
-use std::sync::atomic::Ordering;
+use std::io;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Between two plain lines.
 const PLAIN_NS: u64 = 2_000_000_000;
 /// Characters of the time bar.
-const BAR: u64 = 40;
+const CELLS: usize = 40;
+/// Lanes that are shown: the block must fit every terminal.
+const LANES: usize = 8;
 
 /// A view of one run.
 pub(crate) struct View {
     title: String,
     duration_ns: u64,
-    /// Marked on the bar: from, until.
+    /// From, until.
     obstacle_ns: Option<(u64, u64)>,
     names: Vec<Vec<String>>,
     lanes: Vec<String>,
-    terminal: bool,
+    /// Whether a deadline was missed, by cell of the time bar that has begun.
+    missed: Vec<bool>,
+    missed_so_far: u64,
+    moves: bool,
+    paint: Paint,
     drawn: usize,
     next_plain_ns: u64,
+    obstacle_told: bool,
 }
 
 impl View {
     /// A view of a run of `duration_ns`, titled by its policy.
     pub(crate) fn new(
-        title: &str,
+        title: String,
         duration_ns: u64,
         obstacle_ns: Option<(u64, u64)>,
         lanes: Vec<String>,
     ) -> Self {
-        let terminal = io::stderr().is_terminal();
-        let title = title.to_owned();
         Self {
             title,
             duration_ns,
             obstacle_ns,
             names: Vec::new(),
             lanes,
-            terminal,
+            missed: Vec::new(),
+            missed_so_far: 0,
+            moves: terminal::moves(&io::stderr()),
+            paint: Paint::on(&io::stderr()),
             drawn: 0,
             next_plain_ns: PLAIN_NS,
+            obstacle_told: false,
         }
     }
 
@@ -54,56 +63,108 @@ impl View {
 
     /// Shows the state at `now`.
     pub(crate) fn show(&mut self, now_ns: u64, live: &Live) {
-        if !self.terminal {
-            if now_ns >= self.next_plain_ns {
-                self.next_plain_ns += PLAIN_NS;
-                tell(&format!("{}\n", self.counters(now_ns, live)));
-            }
-            return;
+        if !self.moves {
+            return self.plain(now_ns, live);
         }
-        let mut block = String::new();
-        if self.drawn > 0 {
-            let _infallible = write!(block, "\x1b[{}A", self.drawn);
+        self.look_for_misses(now_ns, live);
+        let mut lines = self.figures(now_ns, live);
+        for (title, lane) in self.lanes.iter().zip(&live.lanes).take(LANES) {
+            lines.push(format!("  {title:<16} {}", self.node(get(lane))));
         }
-        let _infallible = writeln!(block, "\x1b[K{}", self.counters(now_ns, live));
-        let _infallible = writeln!(block, "\x1b[K  {}", self.bar(now_ns));
-        for (title, lane) in self.lanes.iter().zip(&live.lanes) {
-            let _infallible =
-                writeln!(block, "\x1b[K  {title:<12} {}", self.node(lane.load(Ordering::Relaxed)));
+        if self.lanes.len() > LANES {
+            lines.push(format!("  and {} lanes more", self.lanes.len() - LANES));
         }
-        self.drawn = 2 + self.lanes.len();
-        tell(&block);
+        self.draw(&lines);
     }
 
-    fn counters(&self, now_ns: u64, live: &Live) -> String {
-        let get = |counter: &std::sync::atomic::AtomicU64| counter.load(Ordering::Relaxed);
+    /// Shows the state at the end: without the lanes, which run nothing any more.
+    pub(crate) fn end(&mut self, now_ns: u64, live: &Live) {
+        if self.moves {
+            self.look_for_misses(now_ns, live);
+            let mut lines = self.figures(now_ns, live);
+            lines.push(String::new());
+            self.draw(&lines);
+        }
+    }
+
+    /// Draws over what was drawn before, in one write. Lines are cut at the edge of a terminal that is too narrow,
+    /// because the cursor goes back by lines.
+    fn draw(&mut self, lines: &[String]) {
+        let up = if self.drawn > 0 { format!("\x1b[{}A", self.drawn) } else { String::new() };
+        let lines_down: String = lines.iter().map(|line| format!("{line}\x1b[K\n")).collect();
+        // From the first column, also after the terminal has shown a key.
+        terminal::tell(&format!("\x1b[?7l\r{up}{lines_down}\x1b[J\x1b[?7h"));
+        self.drawn = lines.len();
+    }
+
+    fn plain(&mut self, now_ns: u64, live: &Live) {
+        if let Some((from, until)) = self.obstacle_ns
+            && (from..until).contains(&now_ns) != self.obstacle_told
+        {
+            self.obstacle_told = !self.obstacle_told;
+            let what =
+                if self.obstacle_told { "an obstacle comes into sight" } else { "the obstacle is gone" };
+            terminal::tell(&format!("{:<8}{:>6.1} s {what}\n", self.title, seconds(now_ns)));
+        }
+        if now_ns >= self.next_plain_ns {
+            self.next_plain_ns += PLAIN_NS;
+            terminal::tell(&format!("{}\n", self.jobs(now_ns, live)));
+        }
+    }
+
+    fn look_for_misses(&mut self, now_ns: u64, live: &Live) {
+        let missed = get(&live.missed);
+        self.missed.resize(self.cells(now_ns), false);
+        if missed > self.missed_so_far
+            && let Some(cell) = self.missed.last_mut()
+        {
+            *cell = true;
+        }
+        self.missed_so_far = missed;
+    }
+
+    fn figures(&self, now_ns: u64, live: &Live) -> Vec<String> {
+        let marks: String = self
+            .missed
+            .iter()
+            .map(|missed| if *missed { self.paint.red("x") } else { "=".to_owned() })
+            .collect();
+        let ahead = " ".repeat(CELLS - self.missed.len());
+        let mut lines =
+            vec![self.jobs(now_ns, live), format!("  jobs      [{marks}{ahead}]  = in time  x missed")];
+        if let Some((from, until)) = self.obstacle_ns {
+            let (from, until) = (self.cells(from), self.cells(until));
+            let road = |cells: usize| ".".repeat(cells);
+            let obstacle = self.paint.yellow(&"o".repeat(until - from));
+            let seen = self.missed.len();
+            let what = if seen > from && seen <= until {
+                self.paint.yellow("in sight")
+            } else {
+                "not in sight".to_owned()
+            };
+            lines.push(format!("  obstacle  [{}{obstacle}{}]  {what}", road(from), road(CELLS - until)));
+        }
+        lines.push(format!("  encoder runs saved {:>5}   shed {:>5}", get(&live.saved), get(&live.shed)));
+        lines
+    }
+
+    fn jobs(&self, now_ns: u64, live: &Live) -> String {
+        let missed = format!("missed {:>5}", get(&live.missed));
         format!(
-            "{:<8} {:>5.1} s of {:.0} s   released {:>5}   on time {:>5}   missed {:>5}   shed {:>4}   encoder runs saved {:>5}",
+            "{:<8}{:>6.1} s of {} s   released {:>5}   on time {:>5}   {}",
             self.title,
-            now_ns.min(self.duration_ns) as f64 / 1e9,
-            self.duration_ns as f64 / 1e9,
+            seconds(now_ns.min(self.duration_ns)),
+            seconds(self.duration_ns),
             get(&live.released),
             get(&live.on_time),
-            get(&live.missed),
-            get(&live.shed),
-            get(&live.saved),
+            if get(&live.missed) > 0 { self.paint.red(&missed) } else { missed },
         )
     }
 
-    fn bar(&self, now_ns: u64) -> String {
-        let cell = |i: u64| {
-            let at = self.duration_ns / BAR * i;
-            let obstacle = self.obstacle_ns.is_some_and(|(from, until)| (from..until).contains(&at));
-            match (at <= now_ns, obstacle) {
-                (true, true) => '#',
-                (true, false) => '=',
-                (false, true) => 'o',
-                (false, false) => '.',
-            }
-        };
-        let bar: String = (0..BAR).map(cell).collect();
-        let note = if self.obstacle_ns.is_some() { "   (o: obstacle in sight)" } else { "" };
-        format!("[{bar}]{note}")
+    /// Cells of the time bar that have begun at an instant.
+    fn cells(&self, at_ns: u64) -> usize {
+        let cells = u128::from(at_ns) * CELLS as u128 / u128::from(self.duration_ns.max(1));
+        usize::try_from(cells).unwrap_or(CELLS).min(CELLS)
     }
 
     fn node(&self, what: u64) -> &str {
@@ -115,8 +176,13 @@ impl View {
     }
 }
 
-fn tell(text: &str) {
-    let mut err = io::stderr().lock();
-    // Where nobody listens, nobody misses it.
-    let _told = err.write_all(text.as_bytes()).and_then(|()| err.flush());
+fn get(counter: &AtomicU64) -> u64 {
+    counter.load(Ordering::Relaxed)
 }
+
+fn seconds(ns: u64) -> f64 {
+    ns as f64 / 1e9
+}
+
+#[cfg(test)]
+mod tests;

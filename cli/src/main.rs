@@ -16,6 +16,7 @@ mod run;
 mod session;
 mod sim;
 mod table;
+mod terminal;
 mod usage;
 
 use clap::{Parser, Subcommand};
@@ -57,7 +58,7 @@ enum Command {
 fn main() -> ExitCode {
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
-        Err(error) => return usage::report(&error),
+        Err(error) => return usage::report(error),
     };
     let result = match cli.command.unwrap_or(Command::Demo(cli.demo)) {
         Command::Demo(args) => demo::main(&args),

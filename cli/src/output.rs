@@ -4,6 +4,9 @@ use crate::outcome::Failure;
 use serde::Serialize;
 use std::io::{self, Write};
 
+/// Longest message, in characters.
+const MESSAGE_CHARACTERS: usize = 2_000;
+
 /// Prints one JSON object and a line feed.
 pub(crate) fn json(value: &impl Serialize) -> Result<(), Failure> {
     let text = serde_json::to_string(value)
@@ -26,5 +29,12 @@ pub(crate) fn line(text: &str) -> Result<(), Failure> {
 
 /// Tells something on standard error. Where nobody listens, nobody misses it.
 pub(crate) fn note(text: &str) {
-    let _ = writeln!(io::stderr(), "{text}");
+    let _ = writeln!(io::stderr(), "{}", cut(text));
 }
+
+fn cut(text: &str) -> &str {
+    text.char_indices().nth(MESSAGE_CHARACTERS).map_or(text, |(end, _)| &text[..end])
+}
+
+#[cfg(test)]
+mod tests;

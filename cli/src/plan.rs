@@ -5,10 +5,12 @@ mod text;
 use crate::outcome::{Answer, Failure};
 use crate::output;
 use crate::progress;
+use crate::terminal::{self, wrap};
 use red_sim::{Execution, Lab, Options, simulate};
 use red_workload::model::{Arrival, Workload};
 use red_workload::plan::{Guarantee, cures, plan};
 use red_workload::policy::Policy;
+use std::io;
 use std::path::PathBuf;
 
 /// Shortest simulation that counts as evidence, unless it would be too long.
@@ -43,9 +45,16 @@ pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
         output::json(&plan)?;
         text::refusal(&plan, &cures).iter().for_each(|line| output::note(line));
     } else {
-        output::line(&text::text(&workload, &plan, &cures))?;
+        let text = text::text(&workload, &plan, &cures);
+        output::line(&if terminal::moves(&io::stdout()) { wrapped(&text) } else { text })?;
     }
     Ok(Answer::of(plan.admission.fits))
+}
+
+/// Prose for a terminal: broken between words. Tables stay whole.
+fn wrapped(text: &str) -> String {
+    let line = |line: &str| if line.trim_start().contains("  ") { line.to_owned() } else { wrap(line, 4) };
+    text.lines().map(line).collect::<Vec<_>>().join("\n")
 }
 
 /// Whether a simulation under the default policy at WCET shows at least one job of each task, after every

@@ -16,17 +16,17 @@ use crate::output;
 use crate::session::SessionError;
 use crate::session::bodies::Bodies;
 use figures::{Report, Summary};
-use lanes::{Bounds, Lanes, Trouble};
+use lanes::{Bounds, Lanes, Place, Trouble};
 use machine::Machine;
 use measure::{Bench, Measured, Node};
 use red_bodies::plugin::Host as PluginHost;
-use red_core::{Empty, Scheduler};
+use red_core::{Duration, Empty, Scheduler};
 use red_rt::setup;
 use red_rt::stop::StopSignals;
-use red_workload::Format;
 use red_workload::build;
-use red_workload::model::{Body, PoolKind, Workload};
+use red_workload::model::{Body, PoolKind};
 use red_workload::policy::Policy;
+use red_workload::{Format, Source, shown_path};
 use std::fs::{self, File};
 use std::io::{self, Write};
 use std::os::unix::fs::MetadataExt;
@@ -61,8 +61,11 @@ pub(crate) struct Args {
     #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     runs: u32,
     /// Time per measurement (two for each node, two for each pool); three runs are made in any case.
-    #[arg(long, value_name = "TIME", default_value = "2s", value_parser = options::time_ns)]
+    #[arg(long, value_name = "TIME", default_value = "2s", allow_hyphen_values = true, value_parser = options::time_ns)]
     budget: u64,
+    /// Longest time of one run; a body that takes longer counts as hung.
+    #[arg(long, value_name = "TIME", default_value = "10s", allow_hyphen_values = true, value_parser = options::time_ns)]
+    timeout: u64,
     /// What the WCET is above the largest time that was seen.
     #[arg(long, value_name = "PERCENT", default_value = "20%", value_parser = percent)]
     margin: u64,
@@ -84,7 +87,8 @@ fn percent(text: &str) -> Result<u64, String> {
 
 /// Measures and writes.
 pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
-    let workload = red_workload::load(&args.file)?;
+    let source = Source::load(&args.file)?;
+    let workload = &source.workload;
     if Format::of(&args.file) == Format::Yaml {
         let why = "the file is YAML, and profile writes TOML, where it can keep comments; convert it to TOML, which \
                    has the same keys";
@@ -98,14 +102,13 @@ pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
     let text = fs::read_to_string(&args.file)
         .map_err(|e| Failure::Input(format!("the file cannot be read as text: {e}")))?;
 
-    let Some((measured, machine)) = measure(args, &workload)? else {
+    let Some((measured, machine)) = measure(args, &source)? else {
         output::note("stopped; nothing was written");
         return Ok(Answer::No);
     };
-    let summary =
-        Summary { workload: &workload, measured: &measured, machine: &machine, margin_percent: args.margin };
+    let summary = Summary { workload, measured: &measured, machine: &machine, margin_percent: args.margin };
     let header = summary.header(&args.file);
-    let written = edit::rewrite(&text, &workload, &summary.times(), &summary.lanes(), &header)?;
+    let written = edit::rewrite(&text, workload, &summary.times(), &summary.lanes(), &header)?;
     // What is written must be a workload: everything downstream reads it.
     red_workload::parse(written.as_bytes(), Format::Toml, &out.to_string_lossy())?;
     write(&out, &written, args.force)?;
@@ -123,34 +126,44 @@ pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
 }
 
 /// Loads the bodies and measures them; nothing if a signal came first.
-fn measure(args: &Args, workload: &Workload) -> Result<Option<(Measured, Machine)>, Failure> {
+fn measure(args: &Args, source: &Source) -> Result<Option<(Measured, Machine)>, Failure> {
+    let workload = &source.workload;
     let mut scheduler: Box<Scheduler<Room>> = Box::new(Scheduler::EMPTY);
     let (plan, _) = build::admit(&mut scheduler, workload, Policy::Redrt.config())?;
     let stop = StopSignals::install().map_err(|e| Failure::Machine(e.to_string()))?;
     setup::malloc_for_real_time().map_err(|e| Failure::Machine(e.to_string()))?;
-    let names: Vec<String> = workload.tasks.iter().map(|task| task.name.clone()).collect();
-    let folder = args.file.parent().unwrap_or(Path::new(""));
     // Nothing is released here, but a body that releases a task takes the way that it takes in a run.
     let host = PluginHost::new(|_| true);
-    let bodies = Arc::new(Bodies::load(&plan.nodes, &names, folder, &host, None).map_err(Failure::input)?);
+    let bodies = Bodies::load(source, &plan.nodes, &host, None).map_err(SessionError::Bodies)?;
+    let bodies = Arc::new(bodies);
     let machine = Machine::take(workload, args.best_effort)?;
     if let Some(why) = &machine.denied {
         output::note(&format!("BEST EFFORT, not real time: {why}"));
     }
     // Held to the end; a machine without the device idles as deep as it likes, which doctor tells.
     let _awake = machine.realtime().then(setup::hold_cpu_dma_latency);
-    let bounds = Bounds { runs: args.runs as usize, budget_ns: args.budget };
+    let bounds = Bounds { runs: args.runs as usize, budget_ns: args.budget, timeout_ns: args.timeout };
     let measured = Lanes::with(&bodies, &machine, &stop, bounds, |lanes| {
         Bench { lanes, machine: &machine, workload, nodes: &plan.nodes }.measure()
     });
+    let name = |place: Place| {
+        let node = &plan.nodes[place.task][place.node.index()].name;
+        format!("{}.{node}", workload.tasks[place.task].name)
+    };
     match measured {
         Ok(measured) => Ok(Some((measured, machine))),
         Err(Trouble::Stopped) => Ok(None),
         Err(Trouble::Body(place)) => {
-            let name = &plan.nodes[place.task][place.node.index()].name;
-            let node = format!("{}.{name}", workload.tasks[place.task].name);
+            let node = name(place);
             Err(Failure::Input(format!(
                 "the body of node `{node}` fails here; `redrt profile` needs bodies that run to their end"
+            )))
+        }
+        Err(Trouble::Hung(place)) => {
+            let (node, timeout) = (name(place), Duration::from_nanos(args.timeout));
+            Err(Failure::Input(format!(
+                "the body of node `{node}` did not return within {timeout}; mend the body, or give it longer with \
+                 --timeout"
             )))
         }
         Err(Trouble::Setup(e)) => Err(Failure::Machine(e.to_string())),
@@ -179,14 +192,9 @@ fn check_place(file: &Path, out: &Path, force: bool) -> Result<(), Failure> {
     Err(Failure::Input(format!("the copy {} {why}; choose its place with --out", shown(out))))
 }
 
-/// A path for a message: escaped, and not too long for one.
+/// A path for a message.
 fn shown(path: &Path) -> String {
-    const CHARACTERS: usize = 64;
-    let name: String = path.to_string_lossy().chars().flat_map(char::escape_debug).collect();
-    match name.char_indices().nth(CHARACTERS) {
-        Some((end, _)) => format!("`{}…`", &name[..end]),
-        None => format!("`{name}`"),
-    }
+    format!("`{}`", shown_path(path))
 }
 
 fn write(out: &Path, text: &str, force: bool) -> Result<(), Failure> {

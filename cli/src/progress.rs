@@ -1,13 +1,14 @@
 //! A sign of life for work that takes more than a second, where somebody looks.
 
-use std::io::{self, IsTerminal, Write};
+use crate::terminal;
+use std::io;
 use std::sync::mpsc::{self, RecvTimeoutError};
 use std::thread;
 use std::time::{Duration, Instant};
 
 /// Does `work`; after a second, and each second, one line on a terminal tells for how long already.
 pub(crate) fn during<T>(what: &str, work: impl FnOnce() -> T) -> T {
-    if !io::stderr().is_terminal() {
+    if !terminal::moves(&io::stderr()) {
         return work();
     }
     thread::scope(|scope| {
@@ -17,10 +18,10 @@ pub(crate) fn during<T>(what: &str, work: impl FnOnce() -> T) -> T {
             let mut shown = false;
             while running.recv_timeout(Duration::from_secs(1)) == Err(RecvTimeoutError::Timeout) {
                 shown = true;
-                tell(&format!("\r{what}: {} s", start.elapsed().as_secs()));
+                terminal::tell(&format!("\r{what}: {} s", start.elapsed().as_secs()));
             }
             if shown {
-                tell("\r\x1b[K");
+                terminal::tell("\r\x1b[K");
             }
         };
         // Without the thread there is no sign of life, and the work is done all the same.
@@ -29,9 +30,4 @@ pub(crate) fn during<T>(what: &str, work: impl FnOnce() -> T) -> T {
         drop(done);
         result
     })
-}
-
-fn tell(text: &str) {
-    let mut err = io::stderr().lock();
-    let _ = err.write_all(text.as_bytes()).and_then(|()| err.flush());
 }

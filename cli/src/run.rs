@@ -5,12 +5,13 @@ use crate::options;
 use crate::outcome::{Answer, Failure};
 use crate::output;
 use crate::session::trace::Trace;
-use crate::session::{self, Options, RunSummary, Session, SessionError};
+use crate::session::{self, Options, Progress, RunSummary, Session, SessionError};
 use crate::table::{Table, time};
 use red_rt::runtime::Mode;
 use red_rt::setup::SetupError;
-use red_workload::model::Workload;
 use red_workload::policy::Policy;
+use red_workload::{Source, shown_path};
+use std::cell::RefCell;
 use std::fs::File;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
@@ -30,7 +31,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "POLICY", default_value = "redrt", value_parser = options::policy())]
     policy: Policy,
     /// Time during which jobs are released.
-    #[arg(long, value_name = "TIME", default_value = "10s", value_parser = options::time_ns)]
+    #[arg(long, value_name = "TIME", default_value = "10s", allow_hyphen_values = true, value_parser = options::time_ns)]
     duration: u64,
     /// Write a trace for Perfetto or chrome://tracing.
     #[arg(long, value_name = "FILE")]
@@ -48,27 +49,34 @@ pub(crate) struct Args {
 
 /// Runs the file.
 pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
-    let workload = red_workload::load(&args.file)?;
-    let folder = args.file.parent().unwrap_or(Path::new(""));
+    let source = Source::load(&args.file)?;
     let options = Options {
         policy: args.policy,
         duration_ns: args.duration,
         best_effort: args.best_effort,
-        folder,
         trace: args.trace.is_some(),
         obstacle_ns: None,
     };
-    let session = watch(&workload, &options)?;
     if let Some(path) = &args.trace {
-        write_trace(path, &workload, &session)?;
+        // A place that takes no trace is refused before time is spent.
+        File::options()
+            .append(true)
+            .create(true)
+            .open(path)
+            .map_err(|e| Failure::Input(no_trace(path, &e)))?;
     }
+    let session = watch(&source, &options)?;
     if args.json {
         output::json(&session.summary)?;
     } else {
         output::line(&text(&session.summary))?;
-        if let Some(path) = &args.trace {
-            output::line(&format!("trace: {} (open it in ui.perfetto.dev)", path.display()))?;
-        }
+    }
+    if let Some(path) = &args.trace {
+        write_trace(path, &session)?;
+        output::note(&format!(
+            "trace: {} (open it in ui.perfetto.dev)",
+            path.to_string_lossy().escape_debug()
+        ));
     }
     let missed: u64 = session.summary.report.tasks.iter().map(|t| t.missed).sum();
     Ok(Answer::of(!args.strict || missed == 0))
@@ -76,32 +84,52 @@ pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
 
 impl From<SessionError> for Failure {
     fn from(error: SessionError) -> Self {
-        match error.exit_code() {
-            2 => Self::Input(error.to_string()),
-            _ => Self::Machine(format!("{error}; `--best-effort` runs without real time, labelled so")),
+        match (&error, error.exit_code()) {
+            (_, 2) => Self::Input(error.to_string()),
+            (SessionError::Machine(_), _) => {
+                Self::Machine(format!("{error}; `--best-effort` runs without real time, labelled so"))
+            }
+            _ => Self::Machine(error.to_string()),
         }
     }
 }
 
 /// Runs with the live view.
-pub(crate) fn watch(workload: &Workload, options: &Options<'_>) -> Result<Session, Failure> {
-    let lanes = workload.pools.iter().flat_map(|p| (0..p.lanes).map(move |i| format!("{} lane {i}", p.name)));
+pub(crate) fn watch(source: &Source, options: &Options) -> Result<Session, Failure> {
     let title = options.policy.name().to_uppercase();
-    let view =
-        std::cell::RefCell::new(View::new(&title, options.duration_ns, options.obstacle_ns, lanes.collect()));
+    let lanes = session::lane_titles(&source.workload);
+    let view = RefCell::new(View::new(title, options.duration_ns, options.obstacle_ns, lanes));
     let session = session::execute(
-        workload,
+        source,
         options,
         |mode, nodes, why| {
             view.borrow_mut().name(nodes);
             told(mode, why);
         },
-        |now, live| view.borrow_mut().show(now, live),
+        |progress, now, live| match progress {
+            Progress::Running => view.borrow_mut().show(now, live),
+            Progress::Ended => view.borrow_mut().end(now, live),
+        },
     )?;
+    session.faults.iter().for_each(|fault| output::note(&format!("fault: {fault}")));
+    if session.hung > 0 {
+        output::note(&hung(&session));
+    }
     if let Some(signal) = session.summary.stopped_by {
         output::note(&format!("stopped by {signal}; what follows is the run so far"));
     }
     Ok(session)
+}
+
+/// What became of bodies that did not return.
+fn hung(session: &Session) -> String {
+    let (hung, lost) = (session.hung, session.summary.lanes_lost);
+    let spares = if lost == 0 {
+        "spare threads took their lanes".to_owned()
+    } else {
+        format!("{lost} of their lanes are lost, because no thread could be started; raise `ulimit -u`")
+    };
+    format!("bodies that did not return within 10 times their WCET and 100 ms: {hung}; {spares}")
 }
 
 /// Missing rights are said out loud, once, with the fix.
@@ -112,61 +140,46 @@ fn told(mode: &Mode, why: Option<&SetupError>) {
 }
 
 /// Writes a run's trace.
-pub(crate) fn write_trace(path: &Path, workload: &Workload, session: &Session) -> Result<(), Failure> {
-    let failed =
-        |e: std::io::Error| Failure::Machine(format!("cannot write the trace to {}: {e}", path.display()));
-    let trace = Trace {
-        policy: session.summary.report.policy,
-        tasks: workload.tasks.iter().map(|t| t.name.as_str()).collect(),
-        nodes: &session.nodes,
-        edges: &session.edges,
-        lanes: session.lanes.clone(),
-        events: &session.notes.events,
-        logs: &session.notes.logs,
-        end_ns: session.end_ns,
-    };
+pub(crate) fn write_trace(path: &Path, session: &Session) -> Result<(), Failure> {
+    let failed = |e| Failure::Machine(no_trace(path, &e));
     let mut file = BufWriter::new(File::create(path).map_err(failed)?);
-    trace.write(&mut file).and_then(|()| std::io::Write::flush(&mut file)).map_err(failed)
+    Trace::of(session).write(&mut file).and_then(|()| std::io::Write::flush(&mut file)).map_err(failed)
+}
+
+fn no_trace(path: &Path, error: &std::io::Error) -> String {
+    format!(
+        "cannot write the trace to `{}`: {error}; expected a file in a folder that takes it",
+        shown_path(path)
+    )
 }
 
 /// A run's summary for people.
 fn text(summary: &RunSummary) -> String {
     let report = &summary.report;
-    let mut table = Table::new(&["task", "released", "on time", "missed", "shed", "p50", "p99", "max"]);
+    let mut tasks =
+        Table::new(&["task", "released", "on time", "missed", "shed", "response p50", "p99", "max"]);
     for task in &report.tasks {
-        let r = &task.response_ns;
-        table.row([
-            task.name.clone(),
-            task.released.to_string(),
-            task.on_time.to_string(),
-            task.missed.to_string(),
-            task.shed.to_string(),
-            time(r.p50),
-            time(r.p99),
-            time(r.max),
-        ]);
+        let counts = [task.released, task.on_time, task.missed, task.shed].map(|count| count.to_string());
+        let times = [task.response_ns.p50, task.response_ns.p99, task.response_ns.max].map(time);
+        tasks.row([task.name.clone()].into_iter().chain(counts).chain(times));
     }
     let d = &summary.dispatch_ns;
-    format!(
-        "policy {}, {}, {}\n\n{table}\nunits {}, encoder runs saved {}, nodes late {}, overruns {}, failed {}, lanes lost {}\n\
-         dispatch latency p50 {} p99 {} p99.9 {} max {}\n\
-         scheduling cost per unit {}, allocations {}, page faults {}, scheduler state {} bytes",
-        report.policy,
-        if summary.realtime { "real time" } else { "BEST EFFORT, not real time" },
-        time(Some(report.horizon_ns)),
-        report.units_dispatched,
-        report.encoder_runs_saved,
-        report.nodes_missed,
-        summary.overruns,
-        summary.failed,
-        summary.lanes_lost,
-        time(Some(d.p50)),
-        time(Some(d.p99)),
-        time(Some(d.p999)),
-        time(Some(d.max)),
-        time(Some(summary.overhead_ns_per_unit)),
-        summary.allocations,
-        summary.page_faults,
-        summary.scheduler_bytes,
-    )
+    let mut figures = Table::default();
+    let mut row = |title: &str, value: String| figures.row([title.to_owned(), value]);
+    row("units dispatched", report.units_dispatched.to_string());
+    row("encoder runs saved", report.encoder_runs_saved.to_string());
+    row("nodes after their sub-deadlines", report.nodes_missed.to_string());
+    row("executions beyond the WCET", summary.overruns.to_string());
+    row("bodies that failed or hung", summary.failed.to_string());
+    row("lanes lost", summary.lanes_lost.to_string());
+    row("dispatch latency, median", time(Some(d.p50)));
+    row("dispatch latency, p99", time(Some(d.p99)));
+    row("dispatch latency, p99.9", time(Some(d.p999)));
+    row("dispatch latency, max", time(Some(d.max)));
+    row("scheduling cost per unit", time(Some(summary.overhead_ns_per_unit)));
+    row("allocations while running", summary.allocations.to_string());
+    row("page faults while running", summary.page_faults.to_string());
+    row("scheduler state", format!("{} bytes", summary.scheduler_bytes));
+    let mode = if summary.realtime { "real time" } else { "BEST EFFORT, not real time" };
+    format!("policy {}, {mode}, {}\n\n{tasks}\n\n{figures}", report.policy, time(Some(report.horizon_ns)))
 }

@@ -1,27 +1,31 @@
 //! One run of a workload in real time: bodies, lanes, notes, figures. `run` and `demo` both drive it.
 
 pub(crate) mod bodies;
+mod faults;
 pub(crate) mod host;
+mod sub_deadlines;
+mod summary;
 pub(crate) mod trace;
 
 use bodies::{Bodies, BodiesError};
 use host::{Live, Notes};
 use red_bodies::onnx::on_lane;
 use red_bodies::plugin::Host as PluginHost;
-use red_core::{Config, Empty, Instant, Scheduler, TaskId};
+use red_core::{Config, Empty, Scheduler, TaskId};
 use red_rt::placement::{choose_cpus, usable_cpus};
-use red_rt::report::RunReport;
-use red_rt::runtime::{Control, Mode, Setup, run};
+use red_rt::runtime::{Control, Handlers, Mode, Setup, run};
 use red_rt::setup::SetupError;
+use red_rt::stop::StopSignals;
 use red_rt::timeline::Releases;
+use red_workload::Source;
 use red_workload::build::{self, BuildError, Numbered};
-use red_workload::metrics::{TaskMetrics, summarise};
 use red_workload::model::{Arrival, PoolKind, Workload};
 use red_workload::policy::Policy;
-use serde::Serialize;
 use std::fmt;
-use std::path::Path;
 use std::sync::{Arc, OnceLock};
+use sub_deadlines::SubDeadlines;
+pub(crate) use summary::RunSummary;
+use summary::summary;
 
 /// Capacities of a run: the limits of a workload file.
 pub(crate) type Robot = red_core::Caps<16, 256, 64, 32, 32, 4, 4096>;
@@ -35,15 +39,13 @@ const TRACE_EVENTS: usize = 2_000_000;
 
 /// What to run, and how.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Options<'a> {
+pub(crate) struct Options {
     /// Policy.
     pub(crate) policy: Policy,
     /// Releases stop after this.
     pub(crate) duration_ns: u64,
     /// Go on without real-time rights.
     pub(crate) best_effort: bool,
-    /// Folder that bodies' paths are relative to.
-    pub(crate) folder: &'a Path,
     /// Whether to keep events for a trace.
     pub(crate) trace: bool,
     /// While an obstacle is in sight of the generated camera: from, until.
@@ -68,8 +70,9 @@ impl SessionError {
     #[must_use]
     pub(crate) const fn exit_code(&self) -> u8 {
         match self {
-            Self::Build(_) | Self::Bodies(_) => 2,
             Self::Machine(_) | Self::Cuda(_) => 3,
+            Self::Bodies(error) if error.is_of_machine() => 3,
+            Self::Build(_) | Self::Bodies(_) => 2,
         }
     }
 }
@@ -92,49 +95,6 @@ impl fmt::Display for SessionError {
 
 impl std::error::Error for SessionError {}
 
-/// Latency percentiles in nanoseconds.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub(crate) struct DispatchLatency {
-    /// Median.
-    pub p50: u64,
-    /// 99th percentile.
-    pub p99: u64,
-    /// 99.9th percentile.
-    pub p999: u64,
-    /// Largest.
-    pub(crate) max: u64,
-}
-
-/// A run in numbers, as `run --json` prints it.
-#[derive(Clone, Debug, Serialize)]
-pub(crate) struct RunSummary {
-    /// The keys of `sim --json`, measured.
-    #[serde(flatten)]
-    pub(crate) report: red_sim::Report,
-    /// Whether lanes had SCHED_FIFO, locked memory and a CPU each.
-    pub(crate) realtime: bool,
-    /// Unit became dispatchable to body started.
-    pub(crate) dispatch_ns: DispatchLatency,
-    /// Time that lanes spent deciding, per unit.
-    pub(crate) overhead_ns_per_unit: u64,
-    /// Page faults of lanes after the start.
-    pub(crate) page_faults: u64,
-    /// Heap calls of lanes outside of bodies.
-    pub(crate) allocations: u64,
-    /// Bytes of scheduler state, the event record apart.
-    pub(crate) scheduler_bytes: usize,
-    /// Executions beyond the WCET.
-    pub(crate) overruns: u64,
-    /// Bodies that failed, panicked, or did not return within their bound.
-    pub(crate) failed: u64,
-    /// Lanes that were lost for good.
-    pub(crate) lanes_lost: u64,
-    /// Jobs or events that the tables had no room for.
-    pub(crate) notes_dropped: u64,
-    /// The signal that ended the run early.
-    pub(crate) stopped_by: Option<&'static str>,
-}
-
 /// A finished run: its figures, and what a trace is made from.
 #[derive(Debug)]
 pub(crate) struct Session {
@@ -146,10 +106,22 @@ pub(crate) struct Session {
     pub(crate) nodes: Vec<Vec<Numbered>>,
     /// Edges of each task by node number.
     pub(crate) edges: Vec<Vec<(usize, usize)>>,
+    /// Names of the tasks.
+    pub(crate) tasks: Vec<String>,
+    /// Graph edits of each task in words, in their order.
+    pub(crate) edits: Vec<Vec<String>>,
     /// Row titles of the lanes.
     pub(crate) lanes: Vec<String>,
+    /// Bodies that failed, in words.
+    pub(crate) faults: Vec<String>,
+    /// Bodies that did not return within their bounds.
+    pub(crate) hung: u64,
+    /// Sub-deadlines of what ran; empty where no trace was asked for.
+    pub(crate) sub_deadlines: Arc<SubDeadlines>,
     /// When it ended.
     pub(crate) end_ns: u64,
+    /// To the end of whoever has the run: no Ctrl-C costs its summary.
+    _signals: StopSignals,
 }
 
 /// CPUs for the lanes, or why they cannot be real-time lanes.
@@ -174,17 +146,29 @@ fn place(workload: &Workload, lanes: usize) -> Result<Vec<usize>, SetupError> {
     if cpus.len() < lanes { Err(SetupError::MoreLanesThanCpus { lanes, usable }) } else { Ok(cpus) }
 }
 
-/// Runs a workload. `progress` is called about ten times a second with the time since the start and the live
-/// counters; `ready` once, with the mode that the lanes got, before time starts.
+/// Whether a run goes on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Progress {
+    /// It does.
+    Running,
+    /// Its lanes have ended.
+    Ended,
+}
+
+/// Runs a workload. `progress` is called about ten times a second, and once at the end, with the time since the start
+/// and the live counters; `ready` once, with the mode that the lanes got, before time starts.
 ///
 /// # Errors
 /// [`SessionError`]; nothing ran then.
 pub(crate) fn execute(
-    workload: &Workload,
-    options: &Options<'_>,
+    source: &Source,
+    options: &Options,
     ready: impl FnOnce(&Mode, &[Vec<Numbered>], Option<&SetupError>),
-    mut progress: impl FnMut(u64, &Live),
+    mut progress: impl FnMut(Progress, u64, &Live),
 ) -> Result<Session, SessionError> {
+    let workload = &source.workload;
+    // Before the bodies are loaded, which takes a while.
+    let _signals = StopSignals::install().map_err(SessionError::Machine)?;
     if let Some(pool) = workload.pools.iter().find(|p| p.kind == PoolKind::Cuda) {
         return Err(SessionError::Cuda(pool.name.clone()));
     }
@@ -194,18 +178,20 @@ pub(crate) fn execute(
     let names: Vec<String> = workload.tasks.iter().map(|t| t.name.clone()).collect();
     let control: Arc<OnceLock<Arc<dyn Control>>> = Arc::new(OnceLock::new());
     let host = plugin_host(&control, &tasks);
-    let bodies = Bodies::load(&plan.nodes, &names, options.folder, &host, options.obstacle_ns);
+    let bodies = Bodies::load(source, &plan.nodes, &host, options.obstacle_ns);
     let bodies = Arc::new(bodies.map_err(SessionError::Bodies)?);
     let lanes: usize = workload.pools.iter().map(|p| p.lanes as usize).sum();
     let (mode, why) = mode(workload, lanes, options.best_effort).map_err(SessionError::Machine)?;
     ready(&mode, &plan.nodes, why.as_ref());
 
     let live = Live::new(lanes);
-    let edges = all_edges(&plan);
+    let (edges, edits) = (all_edges(&plan), edits(&plan));
     let deadlines: Vec<u64> = workload.tasks.iter().map(|t| t.deadline_ns).collect();
     let drain_ns = deadlines.iter().copied().max().unwrap_or(0);
     let jobs: Vec<usize> = workload.tasks.iter().map(|t| jobs_of(&t.arrival, options.duration_ns)).collect();
     let events = if options.trace { TRACE_EVENTS } else { 0 };
+    // A unit has two events at least.
+    let sub_deadlines = SubDeadlines::new(lanes, events / 2);
     let notes = Notes::new(tasks.clone(), deadlines, plan.changes, &jobs, events, live.clone());
     let setup = Setup {
         scheduler,
@@ -214,7 +200,7 @@ pub(crate) fn execute(
         releases: releases(workload, &tasks),
         duration_ns: options.duration_ns,
         drain_ns,
-        handlers: Arc::new(move |lane| bodies.handler(lane)),
+        handlers: handlers(bodies.clone(), options.trace.then(|| sub_deadlines.clone())),
         enclose: Arc::new(|main| {
             // What keeps a lane's thread from starting is told by the lanes that never report.
             if let Err(e) = on_lane(main) {
@@ -226,12 +212,47 @@ pub(crate) fn execute(
     let started = |running: Arc<dyn Control>| drop(control.set(running));
     let finished = run(setup, notes, started, |now| {
         end_ns = now;
-        progress(now, &live);
+        progress(Progress::Running, now, &live);
     });
     let (notes, figures) = finished.map_err(SessionError::Machine)?;
+    progress(Progress::Ended, end_ns, &live);
     let summary = summary(workload, options, &notes, &figures, end_ns);
-    let lanes = workload.pools.iter().flat_map(|p| (0..p.lanes).map(move |i| format!("{} lane {i}", p.name)));
-    Ok(Session { summary, notes, nodes: plan.nodes, edges, lanes: lanes.collect(), end_ns })
+    let mut faults = notes.faults.words(&names, &plan.nodes, &bodies.said());
+    faults.extend(figures.panics.iter().map(|panic| {
+        let node = &plan.nodes[panic.task][panic.node.index()].name;
+        let said = panic.message.escape_debug();
+        format!("job {}: node `{}.{node}` panicked: {said}", panic.job, names[panic.task])
+    }));
+    Ok(Session {
+        summary,
+        faults,
+        hung: figures.hung,
+        notes,
+        nodes: plan.nodes,
+        edges,
+        tasks: names,
+        edits,
+        lanes: lane_titles(workload),
+        sub_deadlines,
+        end_ns,
+        _signals,
+    })
+}
+
+/// Titles of the lanes, over all pools.
+pub(crate) fn lane_titles(workload: &Workload) -> Vec<String> {
+    let of_pool = |pool: &red_workload::model::Pool| {
+        (0..pool.lanes).map(|lane| format!("{} lane {lane}", pool.name)).collect::<Vec<_>>()
+    };
+    workload.pools.iter().flat_map(of_pool).collect()
+}
+
+/// The bodies of each lane, with notes of their sub-deadlines where somebody reads them.
+fn handlers(bodies: Arc<Bodies>, notes: Option<Arc<SubDeadlines>>) -> Arc<Handlers> {
+    Arc::new(move |lane| match &notes {
+        Some(notes) => notes.of(lane, bodies.handler(lane)),
+        None => bodies.handler(lane),
+    })
 }
 
 /// Real time where the machine grants it; best effort where it does not and that was asked for.
@@ -300,55 +321,16 @@ fn all_edges(plan: &build::Plan<Robot>) -> Vec<Vec<(usize, usize)>> {
     edges
 }
 
-fn summary(
-    workload: &Workload,
-    options: &Options<'_>,
-    notes: &Notes,
-    figures: &RunReport,
-    end_ns: u64,
-) -> RunSummary {
-    let until = Instant::from_nanos(options.duration_ns.min(end_ns));
-    let tasks: Vec<TaskMetrics> = workload
-        .tasks
-        .iter()
-        .zip(&notes.logs)
-        .map(|(task, log)| summarise(&task.name, log, until, Instant::from_nanos(end_ns)))
-        .collect();
-    let mut lanes = figures.busy_ns.iter();
-    let pools = workload.pools.iter().map(|pool| red_sim::PoolMetrics {
-        name: pool.name.clone(),
-        lanes: pool.lanes,
-        busy_ns: lanes.by_ref().take(pool.lanes as usize).sum(),
-    });
-    let latency = |q: f64| figures.dispatch_ns.value_at_quantile(q);
-    RunSummary {
-        report: red_sim::Report {
-            policy: options.policy.name(),
-            seed: 0,
-            horizon_ns: options.duration_ns,
-            tasks,
-            nodes_missed: figures.nodes_missed,
-            units_dispatched: figures.counters.units,
-            encoder_runs_saved: figures.counters.encoder_runs_saved,
-            pools: pools.collect(),
-            schedule: None,
-            sheds: None,
-        },
-        realtime: figures.realtime,
-        dispatch_ns: DispatchLatency {
-            p50: latency(0.5),
-            p99: latency(0.99),
-            p999: latency(0.999),
-            max: figures.dispatch_ns.max(),
-        },
-        overhead_ns_per_unit: figures.overhead_ns_per_unit,
-        page_faults: figures.page_faults,
-        allocations: figures.allocations,
-        scheduler_bytes: Scheduler::<Robot>::SIZE - Scheduler::<Robot>::RECORD_SIZE,
-        overruns: figures.overruns,
-        failed: figures.failed + figures.hung,
-        lanes_lost: figures.lanes_lost,
-        notes_dropped: notes.dropped + figures.events_dropped,
-        stopped_by: figures.stopped_by,
+/// Edits in words, by task: which nodes come and which go.
+fn edits(plan: &build::Plan<Robot>) -> Vec<Vec<String>> {
+    let mut edits = vec![Vec::new(); plan.nodes.len()];
+    for change in &plan.changes {
+        let name = |node: red_core::NodeId| plan.nodes[change.task][node.index()].name.as_str();
+        let words = change.steps.iter().flat_map(|step| {
+            let gone = step.removed.iter().map(|node| format!("-{}", name(*node)));
+            gone.chain(step.added.iter().map(|(node, _)| format!("+{}", name(*node))))
+        });
+        edits[change.task].push(words.collect::<Vec<_>>().join(" "));
     }
+    edits
 }

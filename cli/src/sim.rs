@@ -23,10 +23,10 @@ pub(crate) struct Args {
     #[arg(long, value_name = "POLICY", default_value = Policy::default().name(), value_parser = options::policy())]
     policy: Policy,
     /// Simulated time.
-    #[arg(long, value_name = "TIME", default_value = "60s", value_parser = options::time_ns)]
+    #[arg(long, value_name = "TIME", default_value = "60s", allow_hyphen_values = true, value_parser = options::horizon_ns)]
     horizon: u64,
     /// Seed of the execution times.
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(long, value_name = "N", default_value = "1", allow_hyphen_values = true, value_parser = options::seed)]
     seed: u64,
     /// Execution times: `wcet`, or `uniform:LOW..HIGH` as shares of the WCET.
     #[arg(long, value_name = "MODEL", default_value = "wcet")]
@@ -67,10 +67,11 @@ fn text(report: &Report) -> String {
     let parts = [
         format!("{policy}, {} of virtual time, seed {seed}", Duration::from_nanos(*horizon_ns)),
         tasks(report).to_string(),
+        times(report).to_string(),
         pools(report).to_string(),
         format!(
-            "{units_dispatched} units dispatched, {encoder_runs_saved} encoder runs saved, {nodes_missed} nodes \
-             after their sub-deadlines"
+            "{units_dispatched} units dispatched, {encoder_runs_saved} encoder runs saved, \
+             {nodes_missed} nodes late"
         ),
     ];
     let lists = report.schedule.as_ref().map(|_| format!("{}\n\n{}", schedule(report), sheds(report)));
@@ -78,27 +79,23 @@ fn text(report: &Report) -> String {
 }
 
 fn tasks(report: &Report) -> Table {
-    let mut table = Table::new(&[
-        "task",
-        "released",
-        "completed",
-        "on time",
-        "missed",
-        "shed",
-        "p50",
-        "p99",
-        "max response",
-        "max tardiness",
-        "QoE 1",
-    ]);
+    let mut table = Table::new(&["task", "released", "completed", "on time", "missed", "shed", "QoE 1"]);
     for task in &report.tasks {
         let counts = [task.released, task.completed, task.on_time, task.missed, task.shed]
             .map(|count| count.to_string());
-        let response = &task.response_ns;
-        let times = [response.p50, response.p99, response.max, task.tardiness_ns.max].map(time);
         let quality = task.qoe.get("1").copied().flatten();
         let quality = quality.map_or_else(|| "-".to_owned(), |score| format!("{score:.3}"));
-        table.row([task.name.clone()].into_iter().chain(counts).chain(times).chain([quality]));
+        table.row([task.name.clone()].into_iter().chain(counts).chain([quality]));
+    }
+    table
+}
+
+fn times(report: &Report) -> Table {
+    let mut table = Table::new(&["task", "response p50", "p99", "max", "max tardiness"]);
+    for task in &report.tasks {
+        let response = &task.response_ns;
+        let times = [response.p50, response.p99, response.max, task.tardiness_ns.max].map(time);
+        table.row([task.name.clone()].into_iter().chain(times));
     }
     table
 }

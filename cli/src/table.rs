@@ -4,6 +4,7 @@ use red_core::Duration;
 use std::fmt;
 
 /// Rows of text. The first column is aligned left, the others right.
+#[derive(Default)]
 pub(crate) struct Table {
     rows: Vec<Vec<String>>,
 }
@@ -54,8 +55,12 @@ pub(crate) fn time(ns: Option<u64>) -> String {
 
 /// A time that may be below zero.
 pub(crate) fn signed(ns: i128) -> String {
-    let magnitude = Duration::from_nanos(u64::try_from(ns.unsigned_abs()).unwrap_or(u64::MAX));
-    if ns < 0 { format!("-{magnitude}") } else { magnitude.to_string() }
+    let magnitude = ns.unsigned_abs();
+    let shown = match u64::try_from(magnitude) {
+        Ok(magnitude) => Duration::from_nanos(magnitude).to_string(),
+        Err(_) => format!("{}.{:03} s", magnitude / 1_000_000_000, magnitude / 1_000_000 % 1_000),
+    };
+    if ns < 0 { format!("-{shown}") } else { shown }
 }
 
 #[cfg(test)]

@@ -1,5 +1,7 @@
 //! `redrt profile`: what it writes, and what it refuses. Times are the machine's; only their bounds are checked.
 
+#[path = "process/plugin.rs"]
+mod plugin;
 mod process;
 
 use process::{file, run};
@@ -146,4 +148,15 @@ fn what_cannot_be_measured_is_named() {
         &["t.camera", "no body"],
     );
     refused("cuda.toml", WORKLOAD.replace("lanes = 3", "kind = \"cuda\"\nlanes = 3"), 3, &["`cpu`", "cuda"]);
+}
+
+#[test]
+fn a_body_that_never_returns_is_named_and_nothing_is_written() {
+    let object = plugin::faults("profile");
+    let body = format!("body = {{ plugin = {object:?}, symbol = \"always_hangs\" }}");
+    let path = file("hung.toml", WORKLOAD.replace("body = { spin = \"200us\" }", &body).as_bytes());
+    let (status, out, err) = profile(path.to_str().unwrap(), &["--timeout", "100ms"]);
+    assert_eq!((status, &*out), (2, ""), "{err}");
+    assert!(err.contains("`t.camera`") && err.contains("--timeout"), "{err}");
+    assert!(!path.with_extension("profiled.toml").exists());
 }

@@ -34,7 +34,7 @@ impl Work {
             release_ns: unit.first.release.as_nanos(),
             deadline_ns: unit.first.deadline.as_nanos(),
             since_ns,
-            sub_deadline_ns: unit.sub_deadline.as_nanos(),
+            sub_deadline_ns: unit.first.sub_deadline.as_nanos(),
             wcet_ns: unit.wcet.as_nanos(),
             output: unit.output,
         }

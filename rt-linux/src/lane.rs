@@ -7,17 +7,17 @@
 use crate::allocations::arm;
 use crate::bell::Woken;
 use crate::handler::{Handler, Work};
+use crate::panics::{BodyPanic, caught};
 use crate::report::LaneFigures;
 use crate::setup::{Fifo, best_effort};
-use crate::shared::Shared;
+use crate::shared::{DEPTH, Shared};
 use crate::sleeper::Sleeper;
-use crate::timeline::Host;
+use crate::timeline::{Host, Timeline};
 use crate::usage::Usage;
 use crate::watchdog::Bound;
 use core::sync::atomic::Ordering;
 use red_core::sync::Exclusive;
-use red_core::{Action, Capacity, Instant, LaneId, Scheduler, UnitId};
-use std::panic::{AssertUnwindSafe, catch_unwind};
+use red_core::{Action, Capacity, Instant, LaneId, ReleaseError, Requests, Scheduler, UnitId};
 
 /// Bound of a body: this many times its WCET, and a fixed part.
 const BOUND_TIMES: u64 = 10;
@@ -80,8 +80,7 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
         let bound = work.wcet_ns.saturating_mul(BOUND_TIMES).saturating_add(BOUND_PLUS_NS);
         shared.slots[self.number].arm(shared.origin_ns.saturating_add(start).saturating_add(bound));
         arm(false);
-        // A panic is the body's own: the handler of another node does not see what it left behind.
-        let result = catch_unwind(AssertUnwindSafe(|| self.handler.run(work)));
+        let result = caught(|| self.handler.run(work));
         arm(true);
         let end = shared.now();
         let took = end.saturating_sub(start);
@@ -90,6 +89,9 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
         self.figures.overruns += u64::from(took > work.wcet_ns);
         let ok = matches!(result, Ok(Ok(())));
         self.figures.failed += u64::from(!ok);
+        if let Err(message) = result {
+            self.figures.panicked(BodyPanic { task: work.task, node: work.node, job: work.job, message });
+        }
         // Asked before and after, because the slot of a thread that was replaced is the spare's. Such a thread was
         // demoted and must not take the lock: the spare would spin for it on the CPU that it needs.
         let is_replaced = || shared.seats[self.number].threads.load(Ordering::Acquire) != self.thread;
@@ -105,80 +107,103 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
         Some((ok, end))
     }
 
-    /// One turn with the scheduler, from `begin` on: report, apply what is due, decide, hand out.
+    /// One turn with the scheduler, from `begin` on: report, apply what is due, decide, hand out. Once a stop was asked
+    /// for, only the report.
     fn session(&mut self, done: Option<(UnitId, bool)>, begin: u64) -> Next {
         let shared = self.shared;
-        let me = LaneId::new(self.number as u8);
-        let (mine, is_sooner) = shared.scheduler.with(|scheduler, requests| {
+        let turn = shared.scheduler.with(|scheduler, requests| {
             shared.host.with(|(timeline, host)| {
                 // A body that came back after the end of the run finds nobody any more.
-                let Some(host) = host.as_mut() else { return (None, false) };
+                let host = host.as_mut()?;
                 // Read under the lock, so that time goes the way of the lock.
                 let now = Instant::from_nanos(shared.now());
-                let mut since = now.as_nanos();
-                shared.fail_overdue(scheduler, now);
-                if done.is_none() {
-                    shared.take_over(scheduler, self.number, self.thread);
-                }
-                match done {
-                    // `Late` and `Stale` are the end of a unit whose job was given up meanwhile.
-                    Some((unit, true)) => drop(scheduler.complete(unit, now)),
-                    Some((unit, false)) => drop(scheduler.fail(unit, now)),
-                    None => {}
-                }
-                while let Some(outcome) = scheduler.take_outcome() {
-                    host.ended(&outcome);
-                }
-                host.due(scheduler, now);
-                while let Some(request) = requests.next() {
-                    let taken = scheduler.release_at(request.task, request.at, request.capture, now);
-                    host.released(
-                        request.task.index(),
-                        request.at,
-                        taken != Err(red_core::ReleaseError::Full),
-                    );
-                    since = since.min(request.at.as_nanos());
-                }
-                since = since.min(timeline.release(scheduler, host, now).unwrap_or(u64::MAX));
-                let mut mine = None;
-                while let Some(action) = scheduler.poll_on(me, now) {
-                    match action {
-                        Action::Dispatch(d) => {
-                            let Some(unit) = scheduler.unit(d.unit) else { continue };
-                            // A lane that was busy until now could not have started anything earlier.
-                            let busy = d.lane == me && done.is_some();
-                            let work = Work::of(&unit, if busy { now.as_nanos() } else { since });
-                            if d.lane == me {
-                                shared.seats[self.number].keep(d.unit);
-                                mine = Some((d.unit, work));
-                            } else {
-                                shared.seats[d.lane.index()].hand(d.unit, &work);
-                            }
-                        }
-                        Action::Ended(outcome) => host.ended(&outcome),
-                        _ => {}
-                    }
-                }
+                self.report(scheduler, host, done, now);
+                let goes_on = !shared.stopping.load(Ordering::Acquire);
+                let turn =
+                    goes_on.then(|| self.decide(scheduler, requests, timeline, host, done.is_some(), now));
                 while let Some(event) = scheduler.take_event() {
                     host.event(event);
                 }
-                shared.jobs.store(scheduler.jobs_in_flight() as u32, Ordering::Relaxed);
-                let wake = [timeline.next_at(), host.next_at(), scheduler.poll_at().map(Instant::as_nanos)];
-                let wake = wake.into_iter().flatten().min().unwrap_or(u64::MAX);
-                // Written under the lock, so that an older answer never replaces a newer one.
-                let before = shared.wake_at.swap(wake, Ordering::AcqRel);
-                (mine, wake < before)
+                turn
             })
         });
-        if is_sooner {
+        if turn.is_some_and(|(_, is_sooner)| is_sooner) {
             shared.ring_keeper(self.number);
         }
         let end = shared.now();
         self.figures.deciding_ns += end.saturating_sub(begin);
-        match mine {
-            Some((unit, work)) => Next::Run(unit, work, end),
-            None => Next::Idle,
+        match turn {
+            Some((Some((unit, work)), _)) => Next::Run(unit, work, end),
+            Some((None, _)) => Next::Idle,
+            None => Next::Leave,
         }
+    }
+
+    /// What ended, and which lanes were lost or got a spare.
+    fn report(&self, scheduler: &mut Scheduler<C>, host: &mut H, done: Option<(UnitId, bool)>, now: Instant) {
+        self.shared.fail_overdue(scheduler, now);
+        if done.is_none() {
+            self.shared.take_over(scheduler, self.number, self.thread);
+        }
+        match done {
+            // `Late` and `Stale` are the end of a unit whose job was given up meanwhile.
+            Some((unit, true)) => drop(scheduler.complete(unit, now)),
+            Some((unit, false)) => drop(scheduler.fail(unit, now)),
+            None => {}
+        }
+        while let Some(outcome) = scheduler.take_outcome() {
+            host.ended(&outcome);
+        }
+    }
+
+    /// Releases what is due and fills the lanes. This lane's unit, and whether the clock's next instant came nearer.
+    fn decide(
+        &self,
+        scheduler: &mut Scheduler<C>,
+        requests: &mut Requests<'_, DEPTH>,
+        timeline: &mut Timeline,
+        host: &mut H,
+        was_busy: bool,
+        now: Instant,
+    ) -> (Option<(UnitId, Work)>, bool) {
+        let (shared, me) = (self.shared, LaneId::new(self.number as u8));
+        let mut since = now.as_nanos();
+        host.due(scheduler, now);
+        while let Some(request) = requests.next() {
+            let taken = scheduler.release_at(request.task, request.at, request.capture, now);
+            host.released(request.task.index(), request.at, taken != Err(ReleaseError::Full));
+            since = since.min(request.at.as_nanos());
+        }
+        since = since.min(timeline.release(scheduler, host, now).unwrap_or(u64::MAX));
+        let mut mine = None;
+        while let Some(action) = scheduler.poll_on(me, now) {
+            match action {
+                Action::Dispatch(d) => {
+                    let Some(unit) = scheduler.unit(d.unit) else { continue };
+                    // A lane that was busy until now could not have started anything earlier.
+                    let busy = d.lane == me && was_busy;
+                    let work = Work::of(&unit, if busy { now.as_nanos() } else { since });
+                    if d.lane == me {
+                        shared.seats[self.number].keep(d.unit);
+                        mine = Some((d.unit, work));
+                    } else {
+                        shared.seats[d.lane.index()].hand(d.unit, &work);
+                    }
+                }
+                Action::Ended(outcome) => host.ended(&outcome),
+                _ => {}
+            }
+        }
+        let jobs = scheduler.jobs_in_flight();
+        shared.jobs.store(jobs as u32, Ordering::Relaxed);
+        // Requests are refused from the end on, and those from before it are out of the mailbox.
+        shared.drained.store(jobs == 0 && timeline.is_over(now.as_nanos()), Ordering::Relaxed);
+        let wake =
+            [timeline.wake_at(now.as_nanos()), host.next_at(), scheduler.poll_at().map(Instant::as_nanos)];
+        let wake = wake.into_iter().flatten().min().unwrap_or(u64::MAX);
+        // Written under the lock, so that an older answer never replaces a newer one.
+        let before = shared.wake_at.swap(wake, Ordering::AcqRel);
+        (mine, wake < before)
     }
 
     /// Sleeps until there is a unit, the clock says so, or the run ends.
@@ -187,11 +212,14 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
         let seat = &shared.seats[self.number];
         shared.goes_idle(self.number);
         let next = loop {
+            // First, so that what was handed to a lane that had not begun it is left when a stop is asked for.
+            if shared.stopping.load(Ordering::Acquire) {
+                break Next::Leave;
+            }
             if let Some((unit, work)) = seat.take() {
                 break Next::Run(unit, work, shared.now());
             }
-            let is_replaced = seat.threads.load(Ordering::Acquire) != self.thread;
-            if is_replaced || shared.stopping.load(Ordering::Acquire) {
+            if seat.threads.load(Ordering::Acquire) != self.thread {
                 break Next::Leave;
             }
             if !shared.knocked() {

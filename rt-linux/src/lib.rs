@@ -13,6 +13,7 @@
 //! | [`placement`] | which CPUs the lanes get |
 //! | [`watchdog`] | demotes a lane whose body never returns |
 //! | [`stop`] | Ctrl-C and SIGTERM as a bell |
+//! | [`panics`] | panics of node bodies, kept instead of printed |
 //! | [`usage`] | page faults and involuntary context switches |
 //! | [`preflight`] | the findings of `redrt doctor` |
 //!
@@ -32,6 +33,7 @@ pub mod bell;
 pub mod clock;
 pub mod handler;
 mod lane;
+pub mod panics;
 pub mod pi_lock;
 pub mod placement;
 pub mod preflight;
@@ -45,6 +47,7 @@ pub mod sleeper;
 pub mod spin_lead;
 pub mod stop;
 mod sys;
+mod threads;
 pub mod timeline;
 pub mod usage;
 pub mod watchdog;

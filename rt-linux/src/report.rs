@@ -1,5 +1,6 @@
 //! What a run says about itself besides its jobs.
 
+use crate::panics::BodyPanic;
 use crate::usage::Usage;
 use hdrhistogram::Histogram;
 
@@ -24,6 +25,8 @@ pub struct RunReport {
     pub lanes_lost: u64,
     /// Bodies that panicked or failed.
     pub failed: u64,
+    /// What the first bodies that panicked said, at most [`PANICS`] of each lane thread.
+    pub panics: Vec<BodyPanic>,
     /// Units that ended after their sub-deadlines.
     pub nodes_missed: u64,
     /// The scheduler's own counters.
@@ -44,12 +47,15 @@ pub(crate) struct LaneFigures {
     pub(crate) units: u64,
     pub(crate) busy_ns: u64,
     pub(crate) failed: u64,
+    pub(crate) panics: Vec<BodyPanic>,
     pub(crate) overruns: u64,
     pub(crate) nodes_missed: u64,
     pub(crate) faults: u64,
     pub(crate) baseline: Usage,
 }
 
+/// Panics that a lane's thread keeps the words of; the first ones tell most.
+pub const PANICS: usize = 8;
 /// Longest latency that is told apart: an hour.
 const LONGEST_NS: u64 = 3_600_000_000_000;
 
@@ -67,6 +73,7 @@ impl LaneFigures {
             units: 0,
             busy_ns: 0,
             failed: 0,
+            panics: Vec::with_capacity(PANICS),
             overruns: 0,
             nodes_missed: 0,
             faults: 0,
@@ -75,15 +82,23 @@ impl LaneFigures {
     }
 
     /// Takes in another lane's figures.
-    pub(crate) fn add(&mut self, other: &Self) {
+    pub(crate) fn add(&mut self, other: Self) {
         // The histograms have the same bounds.
         let _added = self.dispatch_ns.add(&other.dispatch_ns);
         self.deciding_ns += other.deciding_ns;
         self.units += other.units;
         self.failed += other.failed;
+        self.panics.extend(other.panics);
         self.overruns += other.overruns;
         self.nodes_missed += other.nodes_missed;
         self.faults += other.faults;
+    }
+
+    /// Keeps a panic where there is room, and takes no memory under real time for it.
+    pub(crate) fn panicked(&mut self, panic: BodyPanic) {
+        if self.panics.len() < self.panics.capacity() {
+            self.panics.push(panic);
+        }
     }
 
     pub(crate) fn dispatched(&mut self, latency_ns: u64) {

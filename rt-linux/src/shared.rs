@@ -12,7 +12,7 @@ use std::sync::Arc;
 
 /// Producers outside of the lanes, and requests that each may have under way.
 const PRODUCERS: usize = 8;
-const DEPTH: usize = 64;
+pub(crate) const DEPTH: usize = 64;
 
 /// What lanes share.
 pub(crate) struct Shared<C: Capacity, H, L: Exclusive<Scheduler<C>>> {
@@ -31,6 +31,10 @@ pub(crate) struct Shared<C: Capacity, H, L: Exclusive<Scheduler<C>>> {
     /// Next instant of the clock, since the start.
     pub(crate) wake_at: AtomicU64,
     pub(crate) jobs: AtomicU32,
+    /// The duration is over, all its releases were made and all jobs ended.
+    pub(crate) drained: AtomicBool,
+    /// No release from then on, since the start.
+    pub(crate) until_ns: u64,
     pub(crate) origin_ns: u64,
     pub(crate) spin_ns: u64,
     pub(crate) hung: AtomicU64,

@@ -1,6 +1,7 @@
 //! Ctrl-C and SIGTERM as a bell, for a stop in order.
 
-use core::sync::atomic::{AtomicBool, AtomicI32, Ordering};
+use core::sync::atomic::{AtomicI32, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use nix::errno::Errno;
 use nix::sys::signal::{SigAction, Signal};
@@ -9,44 +10,49 @@ use crate::bell::Bell;
 use crate::setup::SetupError;
 use crate::sys;
 
-static INSTALLED: AtomicBool = AtomicBool::new(false);
+/// What was in force before, and how many hold the handlers now.
+static HELD: Mutex<Held> = Mutex::new(Held { holders: 0, previous: None });
 static RECEIVED: AtomicI32 = AtomicI32::new(0);
 static BELL: Bell = Bell::new();
 
-/// While it lives, SIGINT and SIGTERM ask for a stop instead of ending the process. Dropping it restores what
-/// was there before.
-///
-/// There is one per process, because signal handlers are the process's. A second signal changes nothing;
-/// SIGQUIT (Ctrl-\) still ends the process at once.
-#[derive(Debug)]
-pub struct StopSignals {
-    previous: [(Signal, SigAction); 2],
+struct Held {
+    holders: usize,
+    previous: Option<[(Signal, SigAction); 2]>,
 }
 
+fn held() -> MutexGuard<'static, Held> {
+    HELD.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// While one lives, SIGINT and SIGTERM ask for a stop instead of ending the process. Dropping the last one restores
+/// what was there before.
+///
+/// Signal handlers are the process's, so several of these share them and the signal that came: a program that holds
+/// one around all of its runs has no gap in which a signal would end it, and a signal in such a gap stops the next
+/// run before it begins. It is forgotten when the last one is dropped. A second signal changes nothing; SIGQUIT
+/// (Ctrl-\) still ends the process at once.
+#[derive(Debug)]
+pub struct StopSignals(());
+
 impl StopSignals {
-    /// Installs the handlers.
+    /// Installs the handlers, unless another one holds them already.
     ///
     /// # Errors
     ///
-    /// [`SetupError::System`] with `EBUSY` if they are installed already.
+    /// [`SetupError::System`] if the kernel refuses them.
     pub fn install() -> Result<Self, SetupError> {
-        let failed = |errno, fix| SetupError::System { call: "sigaction(SIGINT, SIGTERM)", errno, fix };
-        // Acquire and Release: partners of each other, so that a later owner sees the handlers restored.
-        if INSTALLED.swap(true, Ordering::Acquire) {
-            return Err(failed(Errno::EBUSY, "drop the first StopSignals before installing a second"));
+        let mut held = held();
+        if held.holders == 0 {
+            RECEIVED.store(0, Ordering::Relaxed);
+            BELL.take();
+            held.previous = Some(catch().map_err(|errno| SetupError::System {
+                call: "sigaction(SIGINT, SIGTERM)",
+                errno,
+                fix: "allow sigaction in the seccomp filter of the container",
+            })?);
         }
-        RECEIVED.store(0, Ordering::Relaxed);
-        BELL.take();
-        let install = || -> Result<Self, Errno> {
-            let interrupt = sys::catch(Signal::SIGINT)?;
-            let terminate =
-                sys::catch(Signal::SIGTERM).inspect_err(|_| sys::restore(Signal::SIGINT, &interrupt))?;
-            Ok(Self { previous: [(Signal::SIGINT, interrupt), (Signal::SIGTERM, terminate)] })
-        };
-        install().map_err(|errno| {
-            INSTALLED.store(false, Ordering::Release);
-            failed(errno, "allow sigaction in the seccomp filter of the container")
-        })
+        held.holders += 1;
+        Ok(Self(()))
     }
 
     /// The signal that asked for the stop, if one did.
@@ -56,7 +62,8 @@ impl StopSignals {
         Signal::try_from(RECEIVED.load(Ordering::Relaxed)).ok()
     }
 
-    /// Rung by each signal. One thread may wait on it.
+    /// Rung by each signal. One thread at a time may wait on it, and looks at [`StopSignals::requested`] before: the
+    /// ring of an earlier signal may have been taken by an earlier waiter.
     #[must_use]
     pub fn bell(&self) -> &'static Bell {
         &BELL
@@ -65,11 +72,21 @@ impl StopSignals {
 
 impl Drop for StopSignals {
     fn drop(&mut self) {
-        for (signal, previous) in &self.previous {
-            sys::restore(*signal, previous);
+        let mut held = held();
+        held.holders -= 1;
+        if held.holders == 0 {
+            for (signal, previous) in held.previous.take().iter().flatten() {
+                sys::restore(*signal, previous);
+            }
         }
-        INSTALLED.store(false, Ordering::Release);
     }
+}
+
+/// Both handlers, or none.
+fn catch() -> Result<[(Signal, SigAction); 2], Errno> {
+    let interrupt = sys::catch(Signal::SIGINT)?;
+    let terminate = sys::catch(Signal::SIGTERM).inspect_err(|_| sys::restore(Signal::SIGINT, &interrupt))?;
+    Ok([(Signal::SIGINT, interrupt), (Signal::SIGTERM, terminate)])
 }
 
 /// Called inside the signal handler: async-signal-safe.

@@ -49,8 +49,18 @@ impl Timeline {
         Self { next: releases.iter().map(|r| (*r, Some(r.first_ns))).collect(), until_ns }
     }
 
-    pub(crate) fn next_at(&self) -> Option<u64> {
+    fn next_at(&self) -> Option<u64> {
         self.next.iter().filter_map(|(_, at)| *at).min().filter(|at| *at < self.until_ns)
+    }
+
+    /// When the clock brings something next: a release, or the end of the run.
+    pub(crate) fn wake_at(&self, now_ns: u64) -> Option<u64> {
+        self.next_at().or((now_ns < self.until_ns).then_some(self.until_ns))
+    }
+
+    /// Whether no release is to come any more, however late the last ones were made.
+    pub(crate) fn is_over(&self, now_ns: u64) -> bool {
+        self.wake_at(now_ns).is_none()
     }
 
     /// Releases everything that is due, in the order of instants and then of tasks. Returns the earliest.

@@ -107,8 +107,13 @@ impl Slot {
         }
     }
 
+    /// Whether a body is running that was found beyond its bound.
+    pub(crate) fn has_passed(&self) -> bool {
+        matches!(self.deadline_ns.load(Ordering::Relaxed), CLAIMED | PASSED)
+    }
+
     /// The deadline, if a body is running and has not passed it yet.
-    fn deadline(&self) -> Option<u64> {
+    pub(crate) fn deadline(&self) -> Option<u64> {
         Some(self.deadline_ns.load(Ordering::Relaxed)).filter(|deadline| (1..=LATEST).contains(deadline))
     }
 

@@ -151,6 +151,12 @@ fn a_spare_runs_what_is_handed_to_it_and_nothing_of_the_thread_that_hung() {
     assert_eq!((report.hung, report.lanes_lost, report.failed), (1, 0, 0));
     let (finished, left) = finished(&ran);
     assert_eq!(left, 1, "only the job that hung is given up");
+    let all = ran.lock().expect("nobody panicked").len();
+    assert_eq!(
+        report.dispatch_ns.len(),
+        all as u64,
+        "the figures of every thread, also of the one that hung"
+    );
     assert!(!finished.contains(&3), "the job was given up");
     assert!(finished.contains(&2));
     assert!(finished.iter().any(|job| *job > 15), "the spare goes on: {finished:?}");

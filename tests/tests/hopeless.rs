@@ -2,8 +2,8 @@
 
 use red_sim::{Execution, Options, simulate};
 use red_tests::oracle;
-use red_workload::{Format, parse};
 use red_workload::policy::Policy;
+use red_workload::{Format, parse};
 
 const MS: u64 = 1_000_000;
 

@@ -53,11 +53,11 @@ pub struct Plan<C: Capacity> {
     pub changes: Vec<Change>,
 }
 
-/// A workload does not fit the executive. Files that were read by this crate do, except for `Sensors`.
+/// A workload does not fit the executive. Files that were read by this crate do.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum BuildError {
-    /// The executive knows as many distinct sensor periods as tasks: 16.
-    Sensors,
+    /// The period of this sensor is one more than the executive has room for: one for each node of a task.
+    Sensor(String),
     /// A node of this task was refused.
     Node(String, NodeError),
     /// An edge of this task was refused.
@@ -71,8 +71,8 @@ pub enum BuildError {
 impl fmt::Display for BuildError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Sensors => {
-                f.write_str("more than 16 distinct sensor periods; give sensors of one clock one period")
+            Self::Sensor(name) => {
+                write!(f, "sensor `{name}`: too many distinct periods; give sensors of one clock one period")
             }
             Self::Node(task, e) => write!(f, "task `{task}`: {e}"),
             Self::Edge(task, e) => write!(f, "task `{task}`: {e}"),
@@ -102,9 +102,10 @@ pub fn admit<C: Capacity>(
         added.map_err(|_| BuildError::Pools)?;
     }
     let mut sensors = HashMap::new();
-    for sensor in &workload.sensors {
+    let frames = workload.frames();
+    for sensor in workload.sensors.iter().filter(|sensor| frames.contains(&*sensor.name)) {
         let id = scheduler.add_sensor(Duration::from_nanos(sensor.period_ns));
-        sensors.insert(sensor.name.clone(), id.map_err(|_| BuildError::Sensors)?);
+        sensors.insert(sensor.name.clone(), id.map_err(|_| BuildError::Sensor(sensor.name.clone()))?);
     }
     let plan =
         Builder { refined: config.refine, sensors, frames: Names::default(), weights: Names::default() }

@@ -1,6 +1,7 @@
 //! What is wrong with a workload file, where, and what would be right.
 
 use std::fmt;
+use std::path::Path;
 
 /// Longest piece of foreign text in a message, in characters.
 const SHOWN_CHARACTERS: usize = 64;
@@ -75,6 +76,12 @@ impl Place {
     }
 }
 
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}:{}", self.line, self.column)
+    }
+}
+
 /// A count of what comes before, as a number that starts at 1. Files have far less than 4 GiB.
 fn ordinal(before: usize) -> u32 {
     u32::try_from(before).unwrap_or(u32::MAX).saturating_add(1)
@@ -101,13 +108,13 @@ pub struct LoadError {
 impl LoadError {
     /// A refusal of the whole file `name`.
     pub(crate) fn whole(name: &str, refusal: Refusal, problem: String, expected: String) -> Self {
-        Self { file: shown_path(name), place: None, refusal, problem, expected, nearest: None }
+        Self { file: shown_path(name.as_ref()), place: None, refusal, problem, expected, nearest: None }
     }
 
     /// A refusal inside the file `name` with this text.
     pub(crate) fn inside(name: &str, text: &[u8], fault: Fault) -> Self {
         Self {
-            file: shown_path(name),
+            file: shown_path(name.as_ref()),
             place: Some(Place::of(text, fault.at)),
             refusal: fault.refusal,
             problem: fault.problem,
@@ -121,8 +128,8 @@ impl fmt::Display for LoadError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { file, place, refusal: _, problem, expected, nearest } = self;
         write!(f, "{file}:")?;
-        if let Some(Place { line, column }) = place {
-            write!(f, "{line}:{column}:")?;
+        if let Some(place) = place {
+            write!(f, "{place}:")?;
         }
         write!(f, " {problem}; expected {expected}")?;
         match nearest {
@@ -137,8 +144,8 @@ impl std::error::Error for LoadError {}
 /// A refusal at a byte offset of the text, before it is known which file the text comes from.
 #[derive(Debug)]
 pub(crate) struct Fault {
-    at: usize,
-    refusal: Refusal,
+    pub(crate) at: usize,
+    pub(crate) refusal: Refusal,
     problem: String,
     expected: String,
     nearest: Option<String>,
@@ -172,13 +179,17 @@ impl Fault {
     }
 }
 
-/// Foreign text for a message: control, bidirectional and other invisible characters escaped, cut in the end.
-pub(crate) fn shown(foreign: &str) -> String {
+/// Foreign text for a message: control, bidirectional and other invisible characters escaped, cut in the end to 64
+/// characters.
+#[must_use]
+pub fn shown(foreign: &str) -> String {
     cut(foreign.chars(), |pieces| pieces.concat(), |kept| format!("{kept}…"))
 }
 
 /// As [`shown`], but cut in the beginning: a path's end tells more.
-fn shown_path(path: &str) -> String {
+#[must_use]
+pub fn shown_path(path: &Path) -> String {
+    let path = path.to_string_lossy();
     let from_end = |mut pieces: Vec<String>| {
         pieces.reverse();
         pieces.concat()

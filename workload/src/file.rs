@@ -3,12 +3,13 @@
 use std::fs::OpenOptions;
 use std::io::{self, Read};
 use std::os::unix::fs::OpenOptionsExt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use crate::error::{Fault, LoadError, Refusal};
+use crate::error::{Fault, LoadError, Place, Refusal, shown_path};
 use crate::model::Workload;
+use crate::read::{self, BodiesAt};
+use crate::text;
 use crate::tree::Tree;
-use crate::{read, text};
 
 /// Size of the largest workload file, in bytes.
 pub const MAX_FILE_BYTES: u64 = 4 << 20;
@@ -40,9 +41,7 @@ impl Format {
 /// A file that cannot be read, is not a regular file or is larger than [`MAX_FILE_BYTES`], and whatever [`parse`]
 /// refuses. Never waits for another process, whatever the path leads to.
 pub fn load(path: &Path) -> Result<Workload, LoadError> {
-    let name = path.to_string_lossy();
-    let bytes = read_regular(path, &name)?;
-    parse(&bytes, Format::of(path), &name)
+    Source::load(path).map(|source| source.workload)
 }
 
 /// Reads and checks a workload. `name` names it in messages.
@@ -51,17 +50,69 @@ pub fn load(path: &Path) -> Result<Workload, LoadError> {
 ///
 /// The first thing that makes the text no valid workload, with its place.
 pub fn parse(text: &[u8], format: Format, name: &str) -> Result<Workload, LoadError> {
-    if text.len() as u64 > MAX_FILE_BYTES {
-        return Err(too_large(name));
-    }
-    let bytes = text::after_mark(text);
-    workload(bytes, format).map_err(|fault| LoadError::inside(name, bytes, fault))
+    Source::parse(text, format, Path::new(name)).map(|source| source.workload)
 }
 
-fn workload(bytes: &[u8], format: Format) -> Result<Workload, Fault> {
+/// A workload and the text that it was read from, for who refuses a part of it later on.
+#[derive(Clone, Debug)]
+pub struct Source {
+    /// What the text says.
+    pub workload: Workload,
+    path: PathBuf,
+    text: Vec<u8>,
+    bodies_at: BodiesAt,
+}
+
+impl Source {
+    /// As [`load`].
+    ///
+    /// # Errors
+    ///
+    /// As for [`load`].
+    pub fn load(path: &Path) -> Result<Self, LoadError> {
+        let bytes = read_regular(path, &path.to_string_lossy())?;
+        Self::parse(&bytes, Format::of(path), path)
+    }
+
+    /// As [`parse`], with the name as the path that bodies are relative to.
+    ///
+    /// # Errors
+    ///
+    /// As for [`parse`].
+    pub fn parse(text: &[u8], format: Format, path: &Path) -> Result<Self, LoadError> {
+        let name = path.to_string_lossy();
+        if text.len() as u64 > MAX_FILE_BYTES {
+            return Err(too_large(&name));
+        }
+        let text = text::after_mark(text);
+        let (workload, bodies_at) =
+            workload(text, format).map_err(|fault| LoadError::inside(&name, text, fault))?;
+        Ok(Self { workload, path: path.to_owned(), text: text.to_owned(), bodies_at })
+    }
+
+    /// The folder of the file, in which the files of bodies are.
+    #[must_use]
+    pub fn folder(&self) -> &Path {
+        let folder = self.path.parent().filter(|folder| !folder.as_os_str().is_empty());
+        folder.unwrap_or(Path::new("."))
+    }
+
+    /// `FILE:LINE:COLUMN` of a body of a task, or of the part that has none. Parts count in the order in which
+    /// [`build`](crate::build) numbers nodes where stages are refined.
+    #[must_use]
+    pub fn body(&self, task: usize, part: usize) -> String {
+        let file = shown_path(&self.path);
+        match self.bodies_at.get(task).and_then(|parts| parts.get(part)) {
+            Some(at) => format!("{file}:{}", Place::of(&self.text, *at)),
+            None => file,
+        }
+    }
+}
+
+fn workload(bytes: &[u8], format: Format) -> Result<(Workload, BodiesAt), Fault> {
     let text = text::decode(bytes)?;
     let tree = match format {
-        Format::Toml => Tree::from_toml(text)?,
+        Format::Toml => Tree::from_toml(text, read::OWNER, &read::KEYS)?,
         Format::Yaml => Tree::from_yaml(text)?,
     };
     read::workload(&tree)

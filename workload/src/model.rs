@@ -2,6 +2,8 @@
 //!
 //! All times are nanoseconds, all memory is bytes, as written in the file (exact integers).
 
+use std::collections::HashSet;
+
 /// Body of a node: what `redrt run` executes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Body {
@@ -143,6 +145,21 @@ pub struct Node {
     pub work: Work,
 }
 
+impl Node {
+    /// Its parts in the order of execution, with the names of their rows.
+    #[must_use]
+    pub fn parts(&self) -> Vec<(String, &Part)> {
+        match &self.work {
+            Work::Plain(part) => vec![(self.name.clone(), part)],
+            Work::Stage(Stage { encoder, decoders, .. }) => {
+                let named = |(name, part)| (format!("{}.{name}", self.name), part);
+                let decoders = decoders.iter().map(|(name, part)| (name.as_str(), part));
+                std::iter::once(("encoder", encoder)).chain(decoders).map(named).collect()
+            }
+        }
+    }
+}
+
 /// A task: one DAG with an end-to-end deadline.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Task {
@@ -197,4 +214,20 @@ pub struct Workload {
     pub events: Vec<Event>,
     /// Barrier grid.
     pub sync: Option<SyncGrid>,
+}
+
+impl Workload {
+    /// Names of the frames that stages read, those of events included.
+    #[must_use]
+    pub fn frames(&self) -> HashSet<&str> {
+        let of_tasks = self.tasks.iter().flat_map(|task| &task.nodes);
+        let of_events = self.events.iter().flat_map(|event| &event.add);
+        of_tasks
+            .chain(of_events)
+            .filter_map(|node| match &node.work {
+                Work::Stage(stage) => Some(stage.frame.as_str()),
+                Work::Plain(_) => None,
+            })
+            .collect()
+    }
 }

@@ -92,7 +92,7 @@ pub struct NodePlan {
 /// Plans a workload for an executive of these capacities.
 ///
 /// # Errors
-/// [`BuildError`]; files that this crate accepted fail only on the number of sensor periods.
+/// [`BuildError`]; not for files that this crate accepted, with the capacities of `redrt`.
 pub fn plan<C: Capacity>(workload: &Workload) -> Result<Plan, BuildError> {
     let built = built::<C>(workload)?;
     let pools = Pools::of(workload);

@@ -19,11 +19,22 @@ pub(crate) use placed::{PlacedEvent, PlacedNode, PlacedTask};
 /// of three fits `u64`.
 const MAX_INSTANT_NS: u64 = 1 << 62;
 
+/// What the file as a whole is.
+pub(crate) const OWNER: &str = "a workload";
+/// Its keys.
+pub(crate) const KEYS: [&str; 5] = ["pool", "sensor", "task", "event", "sync"];
+
+/// Distinct periods of sensors: the scheduler's capacity.
+const MAX_PERIODS: usize = 256;
+
+/// Offset of the body of each part of each task; parts in the order in which nodes are numbered.
+pub(crate) type BodiesAt = Vec<Vec<usize>>;
+
 /// Reads and checks a whole workload.
-pub(crate) fn workload(root: &Tree<'_>) -> Result<Workload, Fault> {
-    let fields = Fields::open(root, "a workload", &["pool", "sensor", "task", "event", "sync"])?;
+pub(crate) fn workload(root: &Tree<'_>) -> Result<(Workload, BodiesAt), Fault> {
+    let fields = Fields::open(root, OWNER, &KEYS)?;
     let pools = pool::all(&fields)?;
-    let sensors = sensors(&fields)?;
+    let (sensors, periods_at) = sensors(&fields)?;
     let mut tasks = task::all(&fields, &pools)?;
     let mut events = task::events(&fields, &pools, &mut tasks)?;
     let sync = fields.get("sync").map(sync).transpose()?;
@@ -32,27 +43,51 @@ pub(crate) fn workload(root: &Tree<'_>) -> Result<Workload, Fault> {
     for (index, task) in tasks.iter().enumerate() {
         graph::check(task, events.iter().filter(|event| event.event.task == index))?;
     }
-    Ok(Workload {
+    let bodies_at = tasks.iter().enumerate().map(|(index, task)| {
+        let added = events.iter().filter(|event| event.event.task == index).flat_map(|event| &event.add);
+        task.nodes.iter().chain(added).flat_map(|node| &node.bodies_at).copied().collect()
+    });
+    let bodies_at = bodies_at.collect();
+    let workload = Workload {
         pools,
         sensors,
         tasks: tasks.into_iter().map(PlacedTask::into_model).collect(),
         events: events.into_iter().map(PlacedEvent::into_model).collect(),
         sync,
-    })
+    };
+    check_periods(&workload, &periods_at)?;
+    Ok((workload, bodies_at))
 }
 
-fn sensors(fields: &Fields<'_>) -> Result<Vec<Sensor>, Fault> {
-    let Some(list) = fields.get("sensor") else {
-        return Ok(Vec::new());
-    };
+/// Sensors, and the offset of each one's period.
+fn sensors(fields: &Fields<'_>) -> Result<(Vec<Sensor>, Vec<usize>), Fault> {
+    let (mut sensors, mut periods_at) = (Vec::new(), Vec::new());
     let mut names = UniqueNames::of("sensor");
-    list.list()?
-        .map(|item| {
+    if let Some(list) = fields.get("sensor") {
+        for item in list.list()? {
             let fields = Fields::open(item.tree, "a sensor", &["name", "period"])?;
             let name = names.add(fields.need("name")?)?;
-            Ok(Sensor { name, period_ns: fields.need("period")?.time_in(1..=MAX_INSTANT_NS)? })
-        })
-        .collect()
+            let period = fields.need("period")?;
+            sensors.push(Sensor { name, period_ns: period.time_in(1..=MAX_INSTANT_NS)? });
+            periods_at.push(period.at());
+        }
+    }
+    Ok((sensors, periods_at))
+}
+
+/// The scheduler knows only sensors that a stage reads, and sensors of one period as one.
+fn check_periods(workload: &Workload, periods_at: &[usize]) -> Result<(), Fault> {
+    let frames = workload.frames();
+    let mut periods = HashSet::new();
+    for (sensor, at) in workload.sensors.iter().zip(periods_at) {
+        let is_new = frames.contains(&*sensor.name) && periods.insert(sensor.period_ns);
+        if is_new && periods.len() > MAX_PERIODS {
+            let problem = "with this one, stages read sensors of too many periods";
+            let expected = format!("at most {MAX_PERIODS} of them: give sensors of one clock one period");
+            return Err(Fault::new(*at, Refusal::Limit, problem, expected));
+        }
+    }
+    Ok(())
 }
 
 fn sync(field: Field<'_>) -> Result<SyncGrid, Fault> {

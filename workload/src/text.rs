@@ -4,9 +4,11 @@ use crate::error::{Fault, Refusal};
 
 const EXPECTED: &str = "plain text in UTF-8: save the file in that encoding";
 
+const MARK: &[u8] = b"\xef\xbb\xbf";
+
 /// The bytes after a UTF-8 byte order mark, if there is one. Offsets count from there.
 pub(crate) fn after_mark(bytes: &[u8]) -> &[u8] {
-    bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)
+    bytes.strip_prefix(MARK).unwrap_or(bytes)
 }
 
 /// The text of a file without its byte order mark.
@@ -21,9 +23,23 @@ pub(crate) fn decode(bytes: &[u8]) -> Result<&str, Fault> {
     if is_utf16 {
         return Err(refuse(0, "the file looks like UTF-16"));
     }
+    if bytes.starts_with(MARK) {
+        return Err(refuse(0, "an unexpected character: a second byte order mark stands here"));
+    }
     let is_binary = |byte: &u8| byte.is_ascii_control() && !matches!(byte, b'\t' | b'\n' | b'\r');
     if let Some(at) = bytes.iter().position(is_binary) {
         return Err(refuse(at, "the file is binary: a control character stands here"));
+    }
+    // YAML takes it for the end of a line and TOML refuses it; editors disagree too.
+    let is_lone = |at: &usize| bytes[*at] == b'\r' && bytes.get(at + 1) != Some(&b'\n');
+    if let Some(at) = (0..bytes.len()).find(is_lone) {
+        let problem = "a carriage return without a line feed stands here";
+        return Err(Fault::new(
+            at,
+            Refusal::Encoding,
+            problem,
+            "lines that end with a line feed, or with both",
+        ));
     }
     std::str::from_utf8(bytes).map_err(|error| refuse(error.valid_up_to(), "this is not UTF-8"))
 }

@@ -1,14 +1,13 @@
 //! The engine for robots that have onnxruntime: about twice as fast as rten, from a shared library that is looked up
 //! at run time.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use ort::environment::Environment;
 use ort::session::{Session, SessionInputValue};
 use ort::value::{Outlet, TensorElementType, TensorRef, ValueType};
 
-use super::{Engine, Instance, Network, Port, tried};
+use super::{Engine, Instance, Network, Port, read, tried};
 use crate::BodyError;
 
 /// The engine onnxruntime.
@@ -31,7 +30,7 @@ impl Ort {
 
 impl Engine for Ort {
     fn load(&self, path: &Path) -> Result<Box<dyn Network>, BodyError> {
-        let model = fs::read(path).map_err(|reason| BodyError::Read { path: path.into(), reason })?;
+        let model = read(path)?;
         let session = open(&self.environment, path, &model)?;
         let network = OrtNetwork {
             inputs: ports(path, session.inputs())?,

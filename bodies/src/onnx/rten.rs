@@ -1,6 +1,5 @@
 //! The default engine: rten, pure Rust.
 
-use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -8,7 +7,7 @@ use rten::{DataType, Dimension, Model, ModelOptions, NodeId, RunOptions, ValueTy
 use rten_tensor::TensorView;
 use rten_tensor::prelude::*;
 
-use super::{Engine, Instance, Network, Port, lane, tried, wire};
+use super::{Engine, Instance, Network, Port, lane, read, tried, wire};
 use crate::BodyError;
 
 /// The engine rten.
@@ -17,7 +16,7 @@ pub struct Rten;
 
 impl Engine for Rten {
     fn load(&self, path: &Path) -> Result<Box<dyn Network>, BodyError> {
-        let data = fs::read(path).map_err(|reason| BodyError::Read { path: path.into(), reason })?;
+        let data = read(path)?;
         wire::check(&data).map_err(|reason| BodyError::Model { path: path.into(), reason: reason.into() })?;
         let model = ModelOptions::with_all_ops()
             .prepack_weights(true)

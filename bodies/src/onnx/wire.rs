@@ -49,6 +49,14 @@ impl Content {
     }
 }
 
+/// What is said of a file that is something else.
+pub(super) const NO_MODEL: &str = "not an ONNX file, or damaged";
+
+/// Whether a model may begin with this byte: the tag of an integer or of bytes. No field has the number 0.
+pub(super) const fn begins(first: u8) -> bool {
+    first >> 3 != 0 && matches!(first & 7, 0 | 2)
+}
+
 /// Checks the framing of an ONNX file.
 pub(super) fn check(file: &[u8]) -> Result<(), &'static str> {
     walk(file, Content::Model, 0)
@@ -62,6 +70,7 @@ fn walk(mut bytes: &[u8], content: Content, depth: usize) -> Result<(), &'static
         let tag = integer(&mut bytes)?;
         match tag & 7 {
             _ if content == Content::Integers => {}
+            _ if tag >> 3 == 0 => return Err(NO_MODEL),
             0 => drop(integer(&mut bytes)?),
             1 => drop(take(&mut bytes, 8)?),
             2 => {
@@ -69,7 +78,7 @@ fn walk(mut bytes: &[u8], content: Content, depth: usize) -> Result<(), &'static
                 walk(take(&mut bytes, len)?, content.field(tag >> 3), depth + 1)?;
             }
             5 => drop(take(&mut bytes, 4)?),
-            _ => return Err("not an ONNX file, or damaged"),
+            _ => return Err(NO_MODEL),
         }
     }
     Ok(())
@@ -85,7 +94,7 @@ fn integer(bytes: &mut &[u8]) -> Result<u64, &'static str> {
             return Ok(value);
         }
     }
-    Err("not an ONNX file, or damaged")
+    Err(NO_MODEL)
 }
 
 /// Takes `len` bytes from the front.

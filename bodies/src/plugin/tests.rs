@@ -29,7 +29,7 @@ int closings(void *user, const red_plugin_context *c) { (void)c; return user == 
 "#;
 
 /// Compiles `source` to a shared object named after the test.
-fn build(test: &str, source: &str) -> PathBuf {
+pub(super) fn build(test: &str, source: &str) -> PathBuf {
     let stem = env::temp_dir().join(format!("red-plugin-{}-{test}", process::id()));
     let (code, object) = (stem.with_extension("c"), stem.with_extension("so"));
     fs::write(&code, source).expect("the temporary directory is writable");
@@ -44,7 +44,7 @@ fn build(test: &str, source: &str) -> PathBuf {
     object
 }
 
-fn nobody() -> Arc<Host> {
+pub(super) fn nobody() -> Arc<Host> {
     Host::new(|_| false)
 }
 

@@ -25,7 +25,7 @@ pub(super) fn refusal(plan: &Plan, cures: &[Cure]) -> Vec<String> {
     if plan.admission.fits {
         return Vec::new();
     }
-    let missing = of_limit(plan, -i128::from(plan.admission.margin_ns));
+    let missing = of_limit(plan, -plan.admission.margin_ns);
     let mut lines = vec![format!("does not fit: {} exceeds its limit by {missing}", plan.admission.binding)];
     match cures {
         [] => lines.push("no single change of deadlines, periods, lanes or costs makes it fit".to_owned()),
@@ -69,8 +69,9 @@ fn of_task(workload: &Workload, task: &Task, planned: &TaskPlan) -> String {
     let condition = if certificate.paper_condition { "holds" } else { "does not hold" };
     let condition =
         format!("  paper's condition (ii), work <= lanes * deadline: {condition}; necessary only");
-    let tables = [levels(planned).to_string(), nodes(workload, planned).to_string()];
-    format!("{head}\n\n{}\n\n{}\n{by_level}\n{condition}", tables.join("\n\n"), proofs.join("\n"))
+    let tables = [levels(planned), nodes(workload, planned), sub_deadlines(planned)].map(|t| t.to_string());
+    let legend = "  by level sum, level Graham, path proportion, latest finish, latest start";
+    format!("{head}\n\n{}\n{legend}\n\n{}\n{by_level}\n{condition}", tables.join("\n\n"), proofs.join("\n"))
 }
 
 fn levels(planned: &TaskPlan) -> Table {
@@ -83,30 +84,27 @@ fn levels(planned: &TaskPlan) -> Table {
 }
 
 fn nodes(workload: &Workload, planned: &TaskPlan) -> Table {
-    let mut table = Table::new(&[
-        "node",
-        "height",
-        "pool",
-        "memory",
-        "cost",
-        "level sum",
-        "level Graham",
-        "path prop.",
-        "latest finish",
-        "latest start",
-    ]);
+    let mut table = Table::new(&["node", "height", "pool", "memory", "cost"]);
     for node in &planned.nodes {
         let pool = workload.pools.get(node.pool).map_or("", |pool| &pool.name);
         let names = [node.name.clone(), node.height.to_string(), pool.to_owned(), memory(node.memory_bytes)];
+        table.row(names.into_iter().chain([time(Some(node.cost_ns))]));
+    }
+    table
+}
+
+/// By every rule; two columns of them are latest instants.
+fn sub_deadlines(planned: &TaskPlan) -> Table {
+    let mut table = Table::new(&["sub-deadline", "level sum", "Graham", "path", "finish", "start"]);
+    for node in &planned.nodes {
         let due = [
-            i128::from(node.cost_ns),
             node.level_sum_ns.into(),
             node.level_graham_ns.into(),
             node.path_proportional_ns.into(),
             node.latest_finish_ns,
             node.latest_start_ns,
         ];
-        table.row(names.into_iter().chain(due.map(signed)));
+        table.row([node.name.clone()].into_iter().chain(due.map(signed)));
     }
     table
 }
@@ -129,7 +127,7 @@ fn in_words(proof: &Proof, is_change: bool) -> String {
         Duration::from_nanos(proof.response_ns),
         proof.bound,
         Duration::from_nanos(proof.limit_ns),
-        signed(proof.margin_ns.into()),
+        signed(proof.margin_ns),
     )
 }
 
@@ -137,7 +135,7 @@ fn pools(workload: &Workload, plan: &Plan) -> Table {
     let mut table = Table::new(&["pool", "lanes", "memory", "largest node", "all nodes"]);
     for (p, pool) in workload.pools.iter().enumerate() {
         let here = || plan.tasks.iter().flat_map(|task| &task.nodes).filter(|node| node.pool == p);
-        let all = here().map(|node| node.memory_bytes).fold(0, u64::saturating_add);
+        let all = here().map(|node| node.memory_bytes).sum();
         let largest = here().map(|node| node.memory_bytes).max().unwrap_or(0);
         let budget = pool.memory_bytes.map_or_else(|| "unlimited".to_owned(), memory);
         table.row([pool.name.clone(), pool.lanes.to_string(), budget, memory(largest), memory(all)]);
@@ -160,7 +158,7 @@ fn verdict(plan: &Plan) -> String {
     format!(
         "fits: {fits}\nguarantee: {worth}\nbinding: {}, margin {}\nscheduler state: {} bytes",
         admission.binding,
-        of_limit(plan, admission.margin_ns.into()),
+        of_limit(plan, admission.margin_ns),
         plan.scheduler_bytes,
     )
 }

@@ -187,19 +187,20 @@ impl<'a> Report<'a> {
 
     /// For people.
     pub(super) fn text(&self) -> String {
-        let mut table =
-            Table::new(&["node", "runs", "min", "median", "p99", "max", "wcet", "bcet", "contention"]);
+        let mut alone = Table::new(&["node, alone", "runs", "min", "median", "p99", "max"]);
+        let mut written = Table::new(&["node, in the file", "wcet", "bcet", "contention"]);
         for row in &self.nodes {
             let Sample { runs, min_ns, median_ns, p99_ns, max_ns } = row.alone;
-            let times =
-                [min_ns, median_ns, p99_ns, max_ns, row.wcet_ns, row.bcet_ns].map(|ns| time(Some(ns)));
-            let head = [format!("{}.{}", row.task, row.node), runs.to_string()];
-            table.row(head.into_iter().chain(times).chain([time(row.contention_ns)]));
+            let name = format!("{}.{}", row.task, row.node);
+            let times = [min_ns, median_ns, p99_ns, max_ns].map(|ns| time(Some(ns)));
+            alone.row([name.clone(), runs.to_string()].into_iter().chain(times));
+            let times = [Some(row.wcet_ns), Some(row.bcet_ns), row.contention_ns].map(time);
+            written.row([name].into_iter().chain(times));
         }
         let pools: String = self.pools.iter().map(PoolRow::text).collect();
         let mode = if self.realtime { "real time" } else { "BEST EFFORT, not real time" };
         format!(
-            "{table}\n\n{pools}measured in {mode}; contention is written for atomic nodes\nfile: {}",
+            "{alone}\n\n{written}\n\n{pools}measured in {mode}; contention is written for atomic nodes\nfile: {}",
             self.file
         )
     }

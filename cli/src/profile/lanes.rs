@@ -1,7 +1,7 @@
 //! Threads like the lanes of a run, one per CPU, that execute nodes again and again and take the time.
 //!
 //! A drill is one measurement: its lanes start together, the first runs as often as asked, and the others keep their
-//! CPUs busy until it is done.
+//! CPUs busy until it is done. A watchdog ends it when a body does not return.
 
 use super::machine::{Machine, PRIORITY};
 use crate::session::bodies::Bodies;
@@ -12,11 +12,12 @@ use red_rt::clock::now_ns;
 use red_rt::handler::{Handler, Work};
 use red_rt::setup::{Fifo, SetupError, best_effort, pin, prefault_stack};
 use red_rt::stop::StopSignals;
+use red_rt::watchdog::{Bound, Slot, Watchdog};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{Receiver, Sender, channel};
-use std::sync::{Arc, Barrier};
-use std::thread::{self, Scope};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::sync::{Arc, Barrier, Mutex, PoisonError};
+use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 /// Runs of a measurement at least, also of a slow body.
@@ -27,6 +28,8 @@ const STACK: usize = 256 * 1024;
 /// real-time threads that never rest, in one piece, which would be measured.
 const WORK_NS: u64 = 8_000_000;
 const REST_SHARE: u64 = 8;
+/// Between two looks for a signal.
+const LOOK: Duration = Duration::from_millis(100);
 
 /// A node to execute.
 #[derive(Clone, Copy, Debug)]
@@ -48,6 +51,8 @@ pub(super) struct Bounds {
     pub(super) runs: usize,
     /// Time.
     pub(super) budget_ns: u64,
+    /// Time for one run: a body that takes longer counts as hung.
+    pub(super) timeout_ns: u64,
 }
 
 /// A measurement did not succeed.
@@ -57,6 +62,8 @@ pub(super) enum Trouble {
     Stopped,
     /// A body failed.
     Body(Place),
+    /// A body did not return in time. Its thread goes on, and ends with the process.
+    Hung(Place),
     /// A lane did not get what it needs of the system.
     Setup(SetupError),
     /// A lane did not start.
@@ -87,20 +94,19 @@ struct Drill {
 /// Times of passes, without the rests between.
 type Times = Vec<u64>;
 
-/// What the measuring thread has of a lane.
-struct Line {
-    orders: Sender<Order>,
-    answers: Receiver<Result<Times, Trouble>>,
-}
+/// What a lane tells: its number, and the times of its part.
+type Answer = (usize, Result<Times, Trouble>);
 
 /// The running lanes.
 pub(super) struct Lanes<'a> {
-    lanes: Vec<Line>,
+    orders: Vec<Sender<Order>>,
+    answers: Receiver<Answer>,
     stop: &'a StopSignals,
 }
 
 impl Lanes<'_> {
-    /// Starts a lane on each CPU of `machine`, does `work`, and ends them.
+    /// Starts a lane on each CPU of `machine`, does `work`, and ends them. Lanes that may wait for a hung body are
+    /// left behind.
     ///
     /// # Errors
     /// Those of `work`, and of lanes that cannot be what they have to be.
@@ -111,84 +117,129 @@ impl Lanes<'_> {
         bounds: Bounds,
         work: impl FnOnce(&Lanes<'_>) -> Result<R, Trouble>,
     ) -> Result<R, Trouble> {
-        thread::scope(|scope| {
-            let start = |(number, cpu): (usize, &usize)| {
-                let handler = bodies.handler(number);
-                let lane = Lane { number, cpu: *cpu, handler, bounds, stop, calls: 0, unrested_ns: 0 };
-                lane.start(scope, machine.realtime())
-            };
-            let lanes = Lanes { lanes: machine.cpus.iter().enumerate().map(start).collect(), stop };
-            for lane in 0..lanes.lanes.len() {
-                lanes.answer(lane)?;
+        let count = machine.cpus.len();
+        let slots: Arc<[Slot]> = (0..count).map(|_| Slot::new()).collect();
+        let runs: Arc<[Mutex<Option<Place>>]> = (0..count).map(|_| Mutex::new(None)).collect();
+        let (answer, answers) = channel();
+        let (hung, watched) = (answer.clone(), runs.clone());
+        let above = machine.realtime().then(|| Fifo { priority: PRIORITY + 1, cpu: machine.cpus[0] });
+        let watchdog = Watchdog::start(slots.clone(), above, move |lane, _expiry| {
+            if let Some(place) = *watched[lane].lock().unwrap_or_else(PoisonError::into_inner) {
+                let _told = hung.send((lane, Err(Trouble::Hung(place))));
             }
-            work(&lanes)
-        })
+        });
+        let _watchdog = watchdog.map_err(Trouble::Setup)?;
+        let mut lanes = Lanes { orders: Vec::new(), answers, stop };
+        let mut threads = Vec::new();
+        for (number, cpu) in machine.cpus.iter().enumerate() {
+            let (orders, ordered) = channel();
+            let lane = Lane {
+                number,
+                cpu: *cpu,
+                handler: bodies.handler(number),
+                bounds,
+                slots: slots.clone(),
+                runs: runs.clone(),
+                calls: 0,
+                unrested_ns: 0,
+            };
+            lanes.orders.push(orders);
+            threads.push(lane.start(machine.realtime(), ordered, answer.clone())?);
+        }
+        let ready = lanes.answers(count, || {});
+        let ready = ready.and_then(|all| all.into_iter().try_for_each(|(_, answer)| answer.map(drop)));
+        let result = ready.and_then(|()| work(&lanes));
+        drop(lanes);
+        if !matches!(result, Err(Trouble::Hung(_))) {
+            // A panic of a lane was printed and is an answer that never came.
+            threads.into_iter().for_each(|thread| drop(thread.join()));
+        }
+        result
     }
 
     /// One measurement: the times of each part's passes. The first part leads.
     ///
     /// # Errors
-    /// A body failed, or a signal came.
+    /// A body failed or hung, or a signal came.
     pub(super) fn drill(&self, parts: Vec<Part>) -> Result<Vec<Times>, Trouble> {
         let drill = Arc::new(Drill { start: Barrier::new(parts.len()), over: AtomicBool::new(false) });
         let lanes: Vec<usize> = parts.iter().map(|part| part.lane).collect();
         for (i, part) in parts.into_iter().enumerate() {
             let order = Order { pass: part.pass, leads: i == 0, drill: drill.clone() };
-            self.lanes[part.lane].orders.send(order).map_err(|_| Trouble::Thread(BodyError::Thread))?;
+            self.orders[part.lane].send(order).map_err(|_| Trouble::Thread(BodyError::Thread))?;
         }
-        // Every lane has ended when one's trouble is told.
-        let answers: Vec<Result<Times, Trouble>> = lanes.iter().map(|lane| self.answer(*lane)).collect();
+        let mut answers = self.answers(lanes.len(), || drill.over.store(true, Ordering::Relaxed))?;
+        answers.sort_by_key(|(lane, _)| lanes.iter().position(|of| of == lane));
         if self.stop.requested().is_some() {
             return Err(Trouble::Stopped);
         }
-        answers.into_iter().collect()
+        answers.into_iter().map(|(_, answer)| answer).collect()
     }
 
-    fn answer(&self, lane: usize) -> Result<Times, Trouble> {
-        self.lanes[lane].answers.recv().unwrap_or(Err(Trouble::Thread(BodyError::Thread)))
+    /// What so many lanes tell, each once; `stop` is called when a signal asks for the end.
+    ///
+    /// # Errors
+    /// A body hung, and others may wait for it; or a lane is gone.
+    fn answers(&self, count: usize, stop: impl Fn()) -> Result<Vec<Answer>, Trouble> {
+        let mut answers = Vec::new();
+        while answers.len() < count {
+            match self.answers.recv_timeout(LOOK) {
+                Ok((_, Err(trouble @ (Trouble::Hung(_) | Trouble::Thread(_))))) => return Err(trouble),
+                Ok(answer) => answers.push(answer),
+                Err(RecvTimeoutError::Timeout) if self.stop.requested().is_some() => stop(),
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => return Err(Trouble::Thread(BodyError::Thread)),
+            }
+        }
+        Ok(answers)
     }
 }
 
 /// A lane, as its thread sees it.
-struct Lane<'a> {
+struct Lane {
     number: usize,
     cpu: usize,
     handler: Box<dyn Handler>,
     bounds: Bounds,
-    stop: &'a StopSignals,
+    /// For the watchdog, by lane: until when, and what runs.
+    slots: Arc<[Slot]>,
+    runs: Arc<[Mutex<Option<Place>>]>,
     calls: u64,
     /// Work since the last rest.
     unrested_ns: u64,
 }
 
-impl<'scope> Lane<'scope> {
+impl Lane {
     /// Answers once when it is ready, and then each order.
-    fn start(mut self, scope: &'scope Scope<'scope, '_>, realtime: bool) -> Line {
-        let (orders, ordered) = channel::<Order>();
-        let (answers, answered) = channel();
+    fn start(
+        mut self,
+        realtime: bool,
+        ordered: Receiver<Order>,
+        answers: Sender<Answer>,
+    ) -> Result<JoinHandle<()>, Trouble> {
+        let number = self.number;
         let refused = answers.clone();
         let main = move || {
             let ready = self.prepare(realtime);
             let mut waiting = ready.is_ok();
-            let _told = answers.send(ready.map(|()| Times::new()).map_err(Trouble::Setup));
+            let _told = answers.send((number, ready.map(|()| Times::new()).map_err(Trouble::Setup)));
             while waiting {
                 let Ok(order) = ordered.recv() else { break };
-                waiting = answers.send(self.serve(&order).map_err(Trouble::Body)).is_ok();
+                waiting = answers.send((number, self.serve(&order).map_err(Trouble::Body))).is_ok();
             }
         };
         let enclosed = move || {
             if let Err(e) = on_lane(main) {
-                let _told = refused.send(Err(Trouble::Thread(e)));
+                let _told = refused.send((number, Err(Trouble::Thread(e))));
             }
         };
-        // A thread that does not start drops its channels, which is the answer.
-        let _started = thread::Builder::new().spawn_scoped(scope, enclosed);
-        Line { orders, answers: answered }
+        thread::Builder::new().spawn(enclosed).map_err(|_| Trouble::Thread(BodyError::Thread))
     }
 
     fn prepare(&mut self, realtime: bool) -> Result<(), SetupError> {
         self.handler.prepare();
         prefault_stack(STACK)?;
+        self.slots[self.number].adopt();
         if realtime {
             return Fifo { priority: PRIORITY, cpu: self.cpu }.apply();
         }
@@ -220,7 +271,7 @@ impl<'scope> Lane<'scope> {
             }
             let spent = now_ns() - start_ns >= self.bounds.budget_ns;
             let enough = times.len() >= self.bounds.runs || (spent && times.len() >= FEWEST);
-            let over = order.drill.over.load(Ordering::Relaxed) || self.stop.requested().is_some();
+            let over = order.drill.over.load(Ordering::Relaxed);
             if over || (order.leads && enough) {
                 return Ok(());
             }
@@ -235,6 +286,10 @@ impl<'scope> Lane<'scope> {
     /// Time of one execution, in nanoseconds. Every frame serves two calls: the first draws it, as the first node of
     /// a job on a lane does in a run, and the second finds it, as the others do.
     fn execute(&mut self, place: &Place, node: NodeId) -> Result<u64, Place> {
+        *self.runs[self.number].lock().unwrap_or_else(PoisonError::into_inner) =
+            Some(Place { node, ..*place });
+        let slot = &self.slots[self.number];
+        slot.arm(now_ns().saturating_add(self.bounds.timeout_ns));
         let start_ns = now_ns();
         let work = Work {
             task: place.task,
@@ -249,6 +304,10 @@ impl<'scope> Lane<'scope> {
         self.calls += 1;
         let result = catch_unwind(AssertUnwindSafe(|| self.handler.run(&work)));
         let took = now_ns() - start_ns;
+        if slot.disarm() == Bound::Passed {
+            // Late, and the watchdog has told so.
+            return Err(*place);
+        }
         if matches!(result, Ok(Ok(()))) { Ok(took) } else { Err(*place) }
     }
 

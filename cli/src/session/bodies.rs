@@ -4,18 +4,25 @@
 //! number for one result as long as somebody in flight needs it. The locks around the buffers never wait then;
 //! a body that would have to fails its job.
 
+mod error;
+
+use super::faults::{self, Said};
+pub(crate) use error::BodiesError;
+use error::Why;
 use red_bodies::onnx::{Engine, Instance, Network, Rten};
 use red_bodies::plugin::{Host as PluginHost, Plugin, PluginBody};
 use red_bodies::scene::Scene;
 use red_bodies::spin::Spin;
-use red_bodies::{Body as _, BodyError, Call};
+use red_bodies::{Body as _, BodyError, Call, within};
+use red_rt::clock::now_ns;
 use red_rt::handler::{Failed, Handler, Work};
 use red_workload::build::{Numbered, Role};
-use red_workload::model::{Body, Part};
+use red_workload::model::{self, Body, Part, Workload};
+use red_workload::{Source, shown, shown_path};
 use std::collections::HashMap;
 use std::fmt;
-use std::path::{Path, PathBuf};
-use std::sync::{Arc, RwLock};
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, PoisonError, RwLock};
 
 /// Size of the generated road frames.
 const FRAME: (usize, usize) = (160, 96);
@@ -23,65 +30,6 @@ const FRAME: (usize, usize) = (160, 96);
 const WARM_UP: usize = 3;
 /// Results that may be kept at a time.
 const RESULTS: usize = 256;
-
-/// A body could not be made ready.
-#[derive(Debug)]
-pub(crate) enum BodiesError {
-    /// A node that `run` has to execute has no body.
-    NoBody {
-        /// Task and node.
-        node: String,
-    },
-    /// CUDA bodies need a driver and a build with CUDA lanes.
-    Cuda {
-        /// Task and node.
-        node: String,
-    },
-    /// Its file could not be used.
-    Load {
-        /// Task and node.
-        node: String,
-        /// Why.
-        reason: BodyError,
-    },
-    /// A decoder reads another size than its encoder writes.
-    Shape {
-        /// Task and node.
-        node: String,
-        /// What it reads and what there is, in numbers of f32.
-        reads: usize,
-        /// What the encoder writes.
-        written: usize,
-    },
-}
-
-impl fmt::Display for BodiesError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::NoBody { node } => {
-                write!(
-                    f,
-                    "node `{node}` has no body, so it can be planned and simulated but not run; give it one: body = {{ spin = \"1ms\" }}"
-                )
-            }
-            Self::Cuda { node } => {
-                write!(
-                    f,
-                    "node `{node}` has a cuda body, and this build has no CUDA lanes; run it on the CPU: pool kind = \"cpu\", body = {{ onnx = \"...\" }}"
-                )
-            }
-            Self::Load { node, reason } => write!(f, "node `{node}`: {reason}"),
-            Self::Shape { node, reads, written } => {
-                write!(
-                    f,
-                    "node `{node}` reads {reads} numbers, but its encoder writes {written}; give it the decoder of that encoder"
-                )
-            }
-        }
-    }
-}
-
-impl std::error::Error for BodiesError {}
 
 /// A loaded body, shared by the lanes.
 enum Loaded {
@@ -105,6 +53,7 @@ pub(crate) struct Bodies {
     results: Vec<RwLock<Vec<f32>>>,
     /// While an obstacle is in sight, by instants of the run: from, until.
     obstacle_ns: Option<(u64, u64)>,
+    said: Mutex<Vec<Said>>,
 }
 
 impl fmt::Debug for Bodies {
@@ -114,31 +63,32 @@ impl fmt::Debug for Bodies {
 }
 
 impl Bodies {
-    /// Loads every body. Paths are relative to `folder`.
+    /// Loads the bodies of all nodes of `source`.
     ///
     /// # Errors
-    /// [`BodiesError`], for the first node that cannot run.
+    /// [`BodiesError`], for the first node that cannot run. No plugin was loaded if it has no body that could.
     pub(crate) fn load(
+        source: &Source,
         nodes: &[Vec<Numbered>],
-        tasks: &[String],
-        folder: &Path,
         host: &Arc<PluginHost>,
         obstacle_ns: Option<(u64, u64)>,
     ) -> Result<Self, BodiesError> {
-        let mut loader = Loader { folder, host, networks: HashMap::new() };
+        check(source)?;
+        let mut loader = Loader { source, host, networks: HashMap::new(), task: 0, part: 0 };
         let mut loaded = Vec::new();
         let mut largest = 0;
-        for (task, nodes) in tasks.iter().zip(nodes) {
+        for (task, nodes) in nodes.iter().enumerate() {
+            (loader.task, loader.part) = (task, 0);
             let mut of_task: Vec<Node> = Vec::new();
             for node in nodes {
-                let name = format!("{task}.{}", node.name);
+                let name = &node.name;
                 of_task.push(match &node.role {
-                    Role::Plain(part) => Node::Plain(loader.load(part, &name)?),
-                    Role::Encoder(part) => Node::Encoder(loader.load(part, &name)?),
+                    Role::Plain(part) => Node::Plain(loader.load(part, name)?),
+                    Role::Encoder(part) => Node::Encoder(loader.load(part, name)?),
                     Role::Decoder { part, encoder } => {
-                        let decoder = loader.load(part, &name)?;
+                        let decoder = loader.load(part, name)?;
                         if let Some(Node::Encoder(encoder)) = of_task.get(*encoder) {
-                            fit(encoder, &decoder, &name)?;
+                            loader.fit(encoder, &decoder, name)?;
                         }
                         Node::Decoder(decoder)
                     }
@@ -148,7 +98,7 @@ impl Bodies {
                         for (decoder, part) in &stage.decoders {
                             let name = format!("{name}.{decoder}");
                             let decoder = loader.load(part, &name)?;
-                            fit(&encoder, &decoder, &name)?;
+                            loader.fit(&encoder, &decoder, &name)?;
                             decoders.push(decoder);
                         }
                         Node::Coarse(encoder, decoders)
@@ -161,7 +111,12 @@ impl Bodies {
             loaded.push(of_task);
         }
         let results = (0..RESULTS).map(|_| RwLock::new(vec![0.0; largest])).collect();
-        Ok(Self { tasks: loaded, results, obstacle_ns })
+        Ok(Self { tasks: loaded, results, obstacle_ns, said: Mutex::new(faults::table()) })
+    }
+
+    /// What bodies said of their failures.
+    pub(crate) fn said(&self) -> Vec<Said> {
+        std::mem::take(&mut *self.said.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
     /// The handler of one lane.
@@ -169,48 +124,90 @@ impl Bodies {
     pub(crate) fn handler(self: &Arc<Self>, lane: usize) -> Box<dyn Handler> {
         let scene = Scene::new(FRAME.0, FRAME.1);
         let image = vec![0.0; scene.len()];
-        Box::new(LaneBodies { bodies: self.clone(), lane, runs: Vec::new(), scene, image, seen: None })
+        Box::new(LaneBodies {
+            bodies: self.clone(),
+            lane,
+            origin_ns: 0,
+            runs: Vec::new(),
+            scene,
+            image,
+            seen: None,
+        })
     }
 }
 
-/// Whether a decoder reads what its encoder writes.
-fn fit(encoder: &Loaded, decoder: &Loaded, node: &str) -> Result<(), BodiesError> {
-    match (encoder, decoder) {
-        (Loaded::Network(e), Loaded::Network(d)) if e.output_len() != d.input_len() => {
-            Err(BodiesError::Shape { node: node.to_owned(), reads: d.input_len(), written: e.output_len() })
+/// Refuses nodes without a body that could run, before anything is loaded.
+fn check(source: &Source) -> Result<(), BodiesError> {
+    let Workload { tasks, events, .. } = &source.workload;
+    for (task, of) in tasks.iter().enumerate() {
+        let added = events.iter().filter(|event| event.task == task).flat_map(|event| &event.add);
+        let parts = of.nodes.iter().chain(added).flat_map(model::Node::parts);
+        for (number, (name, part)) in parts.enumerate() {
+            let why = match part.body {
+                Body::None => Why::NoBody,
+                Body::Cuda { .. } => Why::Cuda,
+                _ => continue,
+            };
+            return Err(BodiesError::of(source, task, number, &name, why));
         }
-        _ => Ok(()),
     }
+    Ok(())
 }
 
 struct Loader<'a> {
-    folder: &'a Path,
+    source: &'a Source,
     host: &'a Arc<PluginHost>,
     networks: HashMap<PathBuf, Arc<dyn Network>>,
+    /// Which task is being loaded, and how many of its parts are.
+    task: usize,
+    part: usize,
 }
 
 impl Loader<'_> {
+    /// Loads the next part.
     fn load(&mut self, part: &Part, node: &str) -> Result<Loaded, BodiesError> {
-        let failed = |reason| BodiesError::Load { node: node.to_owned(), reason };
-        match &part.body {
-            Body::None => Err(BodiesError::NoBody { node: node.to_owned() }),
-            Body::Cuda { .. } => Err(BodiesError::Cuda { node: node.to_owned() }),
+        let loaded = match &part.body {
+            Body::None => Err(Why::NoBody),
+            Body::Cuda { .. } => Err(Why::Cuda),
             Body::Spin { duration_ns } => Ok(Loaded::Spin(*duration_ns)),
-            Body::Onnx { path } => {
-                let path = self.folder.join(path);
-                if let Some(network) = self.networks.get(&path) {
-                    return Ok(Loaded::Network(network.clone()));
-                }
-                let network: Arc<dyn Network> = Arc::from(Rten.load(&path).map_err(failed)?);
-                self.networks.insert(path, network.clone());
-                Ok(Loaded::Network(network))
+            Body::Onnx { path } => self.network(path).map(Loaded::Network).map_err(Why::Load),
+            Body::Plugin { path, symbol } => within(self.source.folder(), path.as_ref())
+                .and_then(|path| Plugin::load(&path, symbol, self.host))
+                .map(Loaded::Plugin)
+                .map_err(Why::Load),
+        };
+        self.part += 1;
+        loaded.map_err(|why| self.refused(node, why))
+    }
+
+    fn network(&mut self, path: &str) -> Result<Arc<dyn Network>, BodyError> {
+        let path = within(self.source.folder(), path.as_ref())?;
+        if let Some(network) = self.networks.get(&path) {
+            return Ok(network.clone());
+        }
+        let network: Arc<dyn Network> = Arc::from(Rten.load(&path)?);
+        self.networks.insert(path, network.clone());
+        Ok(network)
+    }
+
+    /// Whether the decoder that was loaded last reads what its encoder writes.
+    fn fit(&self, encoder: &Loaded, decoder: &Loaded, node: &str) -> Result<(), BodiesError> {
+        match (encoder, decoder) {
+            (Loaded::Network(e), Loaded::Network(d)) if e.output_len() != d.input_len() => {
+                Err(self.refused(node, Why::Shape { reads: d.input_len(), written: e.output_len() }))
             }
-            Body::Plugin { path, symbol } => {
-                Plugin::load(&self.folder.join(path), symbol, self.host).map(Loaded::Plugin).map_err(failed)
-            }
+            _ => Ok(()),
         }
     }
+
+    /// A refusal of the part that was loaded last.
+    fn refused(&self, node: &str, why: Why) -> BodiesError {
+        BodiesError::of(self.source, self.task, self.part - 1, node, why)
+    }
 }
+
+/// How a body ended; a failure without an error was told before.
+type Ran = Result<(), Option<BodyError>>;
 
 /// An instance of a body, for one lane.
 enum Run {
@@ -229,6 +226,8 @@ enum Run {
 struct LaneBodies {
     bodies: Arc<Bodies>,
     lane: usize,
+    /// What the times of work count from, for bodies that are told times of the clock.
+    origin_ns: u64,
     runs: Vec<Vec<Vec<Run>>>,
     scene: Scene,
     image: Vec<f32>,
@@ -254,8 +253,18 @@ impl Handler for LaneBodies {
         }
     }
 
+    fn begin(&mut self, origin_ns: u64) {
+        self.origin_ns = origin_ns;
+    }
+
     fn run(&mut self, work: &Work) -> Result<(), Failed> {
-        self.execute(work).map_err(|()| Failed)
+        self.execute(work).map_err(|error| {
+            // Nobody waits here: of two lanes that fail at once, one is heard.
+            if let (Some(error), Ok(mut said)) = (error, self.bodies.said.try_lock()) {
+                faults::say(&mut said, (work.task, work.job, work.node.index(), error));
+            }
+            Failed
+        })
     }
 }
 
@@ -273,47 +282,47 @@ impl Run {
             }
         };
         made.unwrap_or_else(|e| {
-            eprintln!("redrt: lane {lane}: {e}");
+            eprintln!("redrt: lane {lane}: {}", e.told(shown, shown_path));
             Self::Broken
         })
     }
 
     /// Runs on `given`, or on an input of its own where that has another size.
-    fn step(&mut self, given: Option<&[f32]>, into: Option<&mut [f32]>, call: &Call) -> Result<(), ()> {
+    fn step(&mut self, given: Option<&[f32]>, into: Option<&mut [f32]>, call: &Call) -> Ran {
         match self {
-            Self::Spin(spin) => spin.run(call).map_err(drop),
-            Self::Plugin(plugin) => plugin.run(call).map_err(drop),
+            Self::Spin(spin) => spin.run(call).map_err(Some),
+            Self::Plugin(plugin) => plugin.run(call).map_err(Some),
             Self::Network { instance, input, output } => {
                 let len = input.len();
                 let input = given.and_then(|g| g.get(..len)).unwrap_or(input);
                 let own = output.len();
                 let output = into.and_then(|o| o.get_mut(..own)).unwrap_or(output);
-                instance.run(input, output).map_err(drop)
+                instance.run(input, output).map_err(Some)
             }
-            Self::Broken => Err(()),
+            Self::Broken => Err(None),
         }
     }
 }
 
 impl LaneBodies {
-    fn execute(&mut self, work: &Work) -> Result<(), ()> {
+    fn execute(&mut self, work: &Work) -> Ran {
         let bodies = self.bodies.clone();
-        let node = bodies.tasks.get(work.task).and_then(|nodes| nodes.get(work.node.index())).ok_or(())?;
+        let node = bodies.tasks.get(work.task).and_then(|nodes| nodes.get(work.node.index())).ok_or(None)?;
         if matches!(node, Node::Plain(Loaded::Network(_)) | Node::Encoder(_) | Node::Coarse(..)) {
             self.look(work)?;
         }
         let call = Call {
-            now_ns: work.since_ns,
-            release_ns: work.release_ns,
-            deadline_ns: work.deadline_ns,
+            now_ns: now_ns(),
+            release_ns: self.origin_ns.saturating_add(work.release_ns),
+            deadline_ns: self.origin_ns.saturating_add(work.deadline_ns),
             job: work.job,
             task: u32::try_from(work.task).unwrap_or(u32::MAX),
             lane: u32::try_from(self.lane).unwrap_or(u32::MAX),
         };
         let result = work.output.and_then(|number| bodies.results.get(usize::from(number)));
         let runs =
-            self.runs.get_mut(work.task).and_then(|nodes| nodes.get_mut(work.node.index())).ok_or(())?;
-        let (first, rest) = runs.split_first_mut().ok_or(())?;
+            self.runs.get_mut(work.task).and_then(|nodes| nodes.get_mut(work.node.index())).ok_or(None)?;
+        let (first, rest) = runs.split_first_mut().ok_or(None)?;
         match node {
             Node::Plain(_) => first.step(Some(&self.image), None, &call),
             Node::Encoder(_) => {
@@ -334,12 +343,12 @@ impl LaneBodies {
     }
 
     /// The camera: draws the road as it is at the job's release, unless this lane has that frame already.
-    fn look(&mut self, work: &Work) -> Result<(), ()> {
+    fn look(&mut self, work: &Work) -> Ran {
         let obstacle =
             self.bodies.obstacle_ns.is_some_and(|(from, until)| (from..until).contains(&work.release_ns));
         let frame = (work.job, obstacle);
         if self.seen != Some(frame) {
-            self.scene.draw(work.job, obstacle, &mut self.image).map_err(drop)?;
+            self.scene.draw(work.job, obstacle, &mut self.image).map_err(Some)?;
             self.seen = Some(frame);
         }
         Ok(())

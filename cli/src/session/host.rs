@@ -1,6 +1,7 @@
 //! What happens under the scheduler's lock during a run: graph edits, and notes into tables that are large enough
 //! before real time starts.
 
+use super::faults::Faults;
 use red_core::{Capacity, CommitError, Event, EventKind, Instant, Outcome, Scheduler, TaskId};
 use red_rt::timeline::Host;
 use red_workload::build::{self, Change};
@@ -52,6 +53,8 @@ pub(crate) struct Notes {
     pub(crate) events: Vec<Event>,
     /// Jobs and events that found no room.
     pub(crate) dropped: u64,
+    /// Bodies that failed.
+    pub(crate) faults: Faults,
     tasks: Vec<TaskId>,
     deadlines_ns: Vec<u64>,
     changes: VecDeque<Change>,
@@ -75,6 +78,7 @@ impl Notes {
             logs: jobs.iter().map(|jobs| TaskLog::with_capacity(*jobs)).collect(),
             events: Vec::with_capacity(events),
             dropped: 0,
+            faults: Faults::new(live.lanes.len()),
             tasks,
             deadlines_ns,
             changes: changes.into(),
@@ -140,6 +144,7 @@ impl<C: Capacity> Host<C> for Notes {
     }
 
     fn event(&mut self, event: &Event) {
+        self.faults.event(event);
         let lane = || self.live.lanes.get(event.lane.index());
         match event.kind {
             EventKind::Hit => add(&self.live.saved),
@@ -157,3 +162,6 @@ impl<C: Capacity> Host<C> for Notes {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -14,3 +14,11 @@ fn times_keep_their_sign() {
     assert_eq!(signed(250), "250 ns");
     assert_eq!(time(None), "-");
 }
+
+#[test]
+fn times_beyond_64_bits_are_exact() {
+    let half = 1_i128 << 64;
+    assert_eq!(signed(half - 1), "18446744073.709 s");
+    assert_eq!(signed(-half), "-18446744073.709 s");
+    assert_eq!(signed(-(half << 40)), "-20282409603651670423947.251 s");
+}

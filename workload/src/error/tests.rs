@@ -14,10 +14,10 @@ fn foreign_text_is_escaped_and_cut() {
 #[test]
 fn a_long_path_keeps_its_end() {
     let path = format!("{}/robot.toml", "d/".repeat(100));
-    let shown = shown_path(&path);
+    let shown = shown_path(path.as_ref());
     assert!(shown.starts_with('…') && shown.ends_with("/robot.toml"), "{shown}");
     assert_eq!(shown.chars().count(), 64);
-    assert_eq!(shown_path("a\nb.toml"), "a\\nb.toml");
+    assert_eq!(shown_path("a\nb.toml".as_ref()), "a\\nb.toml");
 }
 
 #[test]

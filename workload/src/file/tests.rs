@@ -6,7 +6,7 @@ use std::process::Command;
 
 use proptest::prelude::*;
 
-use super::{Format, MAX_FILE_BYTES, load, parse};
+use super::{Format, MAX_FILE_BYTES, Source, load, parse};
 use crate::Refusal::{NotAFile, TooLarge, Unreadable};
 use crate::fixtures::{EXAMPLE_TOML, EXAMPLE_YAML};
 
@@ -77,6 +77,28 @@ fn a_large_file_is_refused_by_its_size() {
     assert!(load(&full).is_ok());
     file.write_all(b"\n").unwrap();
     assert_eq!(load(&full).unwrap_err().refusal, TooLarge);
+}
+
+#[test]
+fn a_source_knows_where_its_bodies_are() {
+    let text = "\u{feff}pool = [{ name = 'p', lanes = 1 }]\r\n[[task]]\nname = 't'\ndeadline = '1s'\nonce = true\n\
+                node = [{ name = 'a', wcet = '1ms', body = { spin = '1ms' } },\n{ name = 'b', wcet = '1ms' }, \
+                { name = 's', mimonet = { weights = 'w', frame = 'f', encoder = { wcet = '1ms' }, decoders = [\n\
+                { name = 'd', wcet = '1ms', body = { onnx = 'd.onnx' } }] } }]\n\
+                [[event]]\nat = '2s'\ntask = 't'\nadd = [{ name = 'z', wcet = '1ms' }]\n\
+                [[event]]\nat = '1s'\ntask = 't'\nadd = [{ name = 'y', wcet = '1ms' }]\n";
+    let source = Source::parse(text.as_bytes(), Format::Toml, Path::new("dir/w.toml")).unwrap();
+    // As nodes are numbered: stages in place, then events by their instants.
+    let places = [(6, 44), (7, 1), (7, 95), (8, 36), (16, 8), (12, 8)];
+    for (part, (line, column)) in places.into_iter().enumerate() {
+        assert_eq!(source.body(0, part), format!("dir/w.toml:{line}:{column}"));
+    }
+    assert_eq!((source.body(0, 6), source.body(1, 0)), ("dir/w.toml".to_owned(), "dir/w.toml".to_owned()));
+    assert_eq!(source.folder(), Path::new("dir"));
+    assert_eq!(
+        Source::parse(text.as_bytes(), Format::Toml, Path::new("w")).unwrap().folder(),
+        Path::new(".")
+    );
 }
 
 /// Whatever the bytes are, there is an answer, and a refusal is short and printable.

@@ -3,10 +3,7 @@
 use super::period_ns;
 use crate::build::{self, BuildError, Step};
 use crate::model::{Task, Workload};
-use red_core::{
-    Bound, Bytes, Capacity, Dag, Demand, Duration, Frame, LevelCapacity, Role, response_time,
-    utilisation_slack,
-};
+use red_core::{Bound, Bytes, Capacity, Dag, Demand, Duration, Frame, LevelCapacity, Role, response_time};
 use serde::Serialize;
 use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
@@ -22,7 +19,7 @@ pub struct Admission {
     pub binding: String,
     /// Its margin, negative by what is missing: of the limit for a response time, of lane time per second for a
     /// utilisation.
-    pub margin_ns: i64,
+    pub margin_ns: i128,
 }
 
 /// What a verdict is worth.
@@ -71,7 +68,7 @@ pub struct Proof {
     /// min(deadline, period).
     pub limit_ns: u64,
     /// Limit less bound.
-    pub margin_ns: i64,
+    pub margin_ns: i128,
     /// Whether the bound is within the limit.
     pub fits: bool,
     /// Whether no ready node can have to wait for memory; else the bound is not sufficient.
@@ -118,7 +115,7 @@ impl Proof {
             critical_path_ns: proof.critical_path.as_nanos(),
             response_ns: proof.response.as_nanos(),
             limit_ns: limit.as_nanos(),
-            margin_ns: proof.margin().as_nanos(),
+            margin_ns: i128::from(limit.as_nanos()) - i128::from(proof.response.as_nanos()),
             fits: proof.fits(),
             memory_holds: proof.memory_holds,
         }
@@ -248,7 +245,7 @@ fn apply<C: Capacity>(step: &Step, dag: &mut Dag<C>, task: &Task) -> Result<(), 
 struct Test {
     what: String,
     at_ns: Option<u64>,
-    margin: i64,
+    margin: i128,
     /// What the margin is a part of.
     limit: u64,
 }
@@ -256,7 +253,8 @@ struct Test {
 impl Test {
     /// By share of the limit: tests of different units compare.
     fn tightness(&self, other: &Self) -> Ordering {
-        let share = |a: &Self, b: &Self| i128::from(a.margin) * i128::from(b.limit.max(1));
+        // Centuries of work in a period of nanoseconds go beyond 128 bits, and are then as bad as can be.
+        let share = |a: &Self, b: &Self| a.margin.saturating_mul(b.limit.max(1).into());
         share(self, other).cmp(&share(other, self))
     }
 }
@@ -308,12 +306,22 @@ fn utilisation_tests(workload: &Workload, pools: &Pools, versions: &[Versions]) 
             tests.push(Test {
                 what: format!("utilisation of pool `{}`", pool.name),
                 at_ns,
-                margin: utilisation_slack(exact(&demands.collect::<Vec<_>>()), pools.lanes[p]),
+                margin: slack(&exact(&demands.collect::<Vec<_>>()), pools.lanes[p]),
                 limit: u64::from(pools.lanes[p]) * 1_000_000_000,
             });
         }
     }
     tests
+}
+
+/// Lane time per second that is left, in nanoseconds: what `red_core::utilisation_slack` gives in 64 bits.
+fn slack(demands: &[Demand], lanes: u8) -> i128 {
+    const SECOND: u128 = 1_000_000_000;
+    let asked = |demand: &Demand| {
+        let period = u128::from(demand.period?.as_nanos().max(1));
+        Some((u128::from(demand.work.as_nanos()) * SECOND).div_ceil(period).cast_signed())
+    };
+    i128::from(lanes) * SECOND.cast_signed() - demands.iter().filter_map(asked).sum::<i128>()
 }
 
 /// The demands as one over their hyperperiod, where that fits 64 bits: a pool that is exactly full then shows no

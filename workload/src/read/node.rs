@@ -35,17 +35,18 @@ pub(super) fn read(item: Field<'_>, origin: Origin, pools: &[Pool]) -> Result<Pl
     let (before, before_at) = references(fields.get("before"))?;
     let traits = Traits::of_first_pool().overridden(&fields, pools)?;
     let work = fields.exactly_one(&["wcet", "mimonet"])?;
+    let mut bodies_at = Vec::new();
     let work = match work.key {
-        "wcet" => Work::Plain(part(&fields, traits, pools)?),
+        "wcet" => Work::Plain(part(&fields, traits, pools, &mut bodies_at)?),
         _ => {
             for key in ["bcet", "body"] {
                 fields.refuse(key, "it in the stage's encoder and decoders")?;
             }
-            Work::Stage(stage(work, traits, pools)?)
+            Work::Stage(stage(work, traits, pools, &mut bodies_at)?)
         }
     };
     let node = Node { name: name.name()?.to_owned(), after, before, work };
-    Ok(PlacedNode { at: name.at(), node, after_at, before_at })
+    Ok(PlacedNode { at: name.at(), node, after_at, before_at, bodies_at })
 }
 
 /// Reads a list of names with their places.
@@ -104,7 +105,12 @@ fn pool_index(field: Field<'_>, pools: &[Pool]) -> Result<usize, Fault> {
 }
 
 /// Reads what `traits` leaves open and checks the whole.
-fn part(fields: &Fields<'_>, traits: Traits, pools: &[Pool]) -> Result<Part, Fault> {
+fn part(
+    fields: &Fields<'_>,
+    traits: Traits,
+    pools: &[Pool],
+    bodies_at: &mut Vec<usize>,
+) -> Result<Part, Fault> {
     let wcet_ns = fields.need("wcet")?.time()?;
     let bcet_ns = fields.get("bcet").map_or(Ok(0), |field| field.time())?;
     if bcet_ns > wcet_ns {
@@ -121,6 +127,7 @@ fn part(fields: &Fields<'_>, traits: Traits, pools: &[Pool]) -> Result<Part, Fau
         return Err(Fault::new(at, Refusal::Conflict, problem, "`atomic = true`, or no `contention`"));
     }
     let body = body::read(fields.get("body"))?;
+    bodies_at.push(fields.place("body"));
     let Traits { pool, memory_bytes, atomic, contention } = traits;
     let contention_ns = contention.map_or(0, |(time, _)| time);
     if let Some(budget) = pools[pool].memory_bytes.filter(|budget| memory_bytes > *budget) {
@@ -131,12 +138,17 @@ fn part(fields: &Fields<'_>, traits: Traits, pools: &[Pool]) -> Result<Part, Fau
     Ok(Part { wcet_ns, bcet_ns, body, pool, memory_bytes, atomic, contention_ns })
 }
 
-fn stage(field: Field<'_>, traits: Traits, pools: &[Pool]) -> Result<Stage, Fault> {
+fn stage(
+    field: Field<'_>,
+    traits: Traits,
+    pools: &[Pool],
+    bodies_at: &mut Vec<usize>,
+) -> Result<Stage, Fault> {
     let fields = Fields::open(field.tree, "a stage", &["weights", "frame", "encoder", "decoders"])?;
     let weights = fields.need("weights")?.name()?.to_owned();
     let frame = fields.need("frame")?.name()?.to_owned();
     let encoder = Fields::open(fields.need("encoder")?.tree, "an encoder", &PART_KEYS[1..])?;
-    let encoder = part(&encoder, traits.overridden(&encoder, pools)?, pools)?;
+    let encoder = part(&encoder, traits.overridden(&encoder, pools)?, pools, bodies_at)?;
     let list = fields.need("decoders")?;
     let mut names = UniqueNames::of("decoder");
     let mut decoders = Vec::new();
@@ -146,7 +158,7 @@ fn stage(field: Field<'_>, traits: Traits, pools: &[Pool]) -> Result<Stage, Faul
         if name == "encoder" {
             return Err(fields.need("name")?.fault(Refusal::Duplicate, "a name other than the encoder's"));
         }
-        let decoder = part(&fields, traits.overridden(&fields, pools)?, pools)?;
+        let decoder = part(&fields, traits.overridden(&fields, pools)?, pools, bodies_at)?;
         check_memory(&decoder, &encoder, pools, fields.place("memory"))?;
         decoders.push((name, decoder));
     }

@@ -13,6 +13,8 @@ pub(crate) struct PlacedNode {
     pub(crate) after_at: Vec<usize>,
     /// Offset of each name in the node's `before`.
     pub(crate) before_at: Vec<usize>,
+    /// Offset of the body of each part, in the order of execution; of the part where it has no body.
+    pub(crate) bodies_at: Vec<usize>,
 }
 
 impl PlacedNode {

@@ -29,7 +29,7 @@ fn pool<'t>(item: Field<'t>, names: &mut UniqueNames<'t>, free_lanes: &mut u32) 
     let name = names.add(fields.need("name")?)?;
     let kind = fields.get("kind").map(kind).transpose()?.unwrap_or(PoolKind::Cpu);
     let lanes_field = fields.need("lanes")?;
-    let lanes = lanes_field.count(1..=u32::MAX)?;
+    let lanes = lanes_field.count(1..=MAX_LANES)?;
     let too_many = || lanes_field.fault(Refusal::Limit, format!("at most {MAX_LANES} lanes over all pools"));
     *free_lanes = free_lanes.checked_sub(lanes).ok_or_else(too_many)?;
     let memory_bytes = fields.get("memory").map(|field| field.memory()).transpose()?;

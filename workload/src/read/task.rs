@@ -29,12 +29,18 @@ pub(super) fn all(workload: &Fields<'_>, pools: &[Pool]) -> Result<Vec<PlacedTas
             let problem = "there are too many tasks";
             return Err(Fault::new(item.at(), Refusal::Limit, problem, format!("at most {MAX_TASKS}")));
         }
-        tasks.push(task(item, pools, &mut names)?);
+        let elsewhere = memory_bytes(&tasks);
+        tasks.push(task(item, pools, elsewhere, &mut names)?);
     }
     Ok(tasks)
 }
 
-fn task<'t>(item: Field<'t>, pools: &[Pool], names: &mut UniqueNames<'t>) -> Result<PlacedTask, Fault> {
+fn task<'t>(
+    item: Field<'t>,
+    pools: &[Pool],
+    elsewhere: u64,
+    names: &mut UniqueNames<'t>,
+) -> Result<PlacedTask, Fault> {
     let fields = Fields::open(item.tree, "a task", &TASK_KEYS)?;
     let task = Task {
         name: names.add(fields.need("name")?)?,
@@ -49,7 +55,7 @@ fn task<'t>(item: Field<'t>, pools: &[Pool], names: &mut UniqueNames<'t>) -> Res
     let mut placed = PlacedTask { task, nodes: Vec::new(), load: Load::default() };
     for item in list.list()? {
         let node = node::read(item, Origin::Task, pools)?;
-        placed.load.add(&node)?;
+        placed.load.add(&node, elsewhere)?;
         placed.nodes.push(node);
     }
     if placed.nodes.is_empty() {
@@ -104,7 +110,8 @@ fn event(item: Field<'_>, pools: &[Pool], tasks: &mut [PlacedTask]) -> Result<Pl
     if let Some(list) = fields.get("add") {
         for item in list.list()? {
             let node = node::read(item, Origin::Event, pools)?;
-            tasks[task].load.add(&node)?;
+            let elsewhere = memory_bytes(tasks) - tasks[task].load.memory_bytes;
+            tasks[task].load.add(&node, elsewhere)?;
             add.push(node);
         }
     }
@@ -122,25 +129,38 @@ pub(super) struct Load {
     nodes: usize,
     cost_ns: u64,
     memory_bytes: u64,
+    /// A bit for each pool that it uses.
+    pools: u32,
+}
+
+/// Memory of all nodes of these tasks, which is known to fit.
+fn memory_bytes(tasks: &[PlacedTask]) -> u64 {
+    tasks.iter().map(|placed| placed.load.memory_bytes).sum()
 }
 
 impl Load {
-    fn add(&mut self, placed: &PlacedNode) -> Result<(), Fault> {
+    /// Adds a node's parts, where all other tasks take `elsewhere` bytes.
+    fn add(&mut self, placed: &PlacedNode, elsewhere: u64) -> Result<(), Fault> {
         let at = placed.at;
-        let overflow = |what| {
-            let problem = format!("up to here, the {what} of this task's nodes add up to more than 64 bits");
+        let overflow = |what, bits| {
+            let problem = format!("up to here, the sum of the {what} overflows {bits} bits");
             Fault::new(at, Refusal::Overflow, problem, "a smaller sum, events included")
         };
         let mut add_part = |part: &Part| {
             self.nodes += 1;
+            self.pools |= 1 << part.pool;
+            // The bound on the response time in several pools counts the longest path twice.
+            let bits = if self.pools.is_power_of_two() { 64 } else { 63 };
             let cost = part.wcet_ns.checked_add(part.contention_ns);
             self.cost_ns = cost
                 .and_then(|cost| self.cost_ns.checked_add(cost))
-                .ok_or_else(|| overflow("times (`wcet` and `contention`)"))?;
+                .filter(|sum| *sum <= u64::MAX >> (64 - bits))
+                .ok_or_else(|| overflow("times (`wcet` and `contention`) of this task's nodes", bits))?;
             self.memory_bytes = self
                 .memory_bytes
                 .checked_add(part.memory_bytes)
-                .ok_or_else(|| overflow("footprints (`memory`)"))?;
+                .filter(|sum| sum.checked_add(elsewhere).is_some())
+                .ok_or_else(|| overflow("footprints (`memory`) of all tasks' nodes", 64))?;
             Ok(())
         };
         match &placed.node.work {

@@ -3,6 +3,7 @@ use crate::Refusal::{
 };
 use crate::fixtures::{EXAMPLE_TOML, EXAMPLE_YAML, accepted, refused, refused_as, with_nodes};
 use crate::model::{Arrival, Body, Event, Node, Part, Pool, PoolKind, Sensor, Stage, Task, Work, Workload};
+use crate::plan::plan;
 use crate::{Format, parse};
 
 const MS: u64 = 1_000_000;
@@ -84,8 +85,8 @@ fn a_broken_line_of_the_example_is_refused_at_that_line() {
         ("name   = \"gpu\"", "name = \"g.p\"", Name, "1 to 64"),
         ("name   = \"gpu\"", "name = \"\\u001b[31m\"", Name, "\\u{1b}[31m"),
         ("kind   = \"cpu\"", "kind = \"cudda\"", Range, "did you mean `cuda`?"),
-        ("lanes  = 2", "lanes = 0", Range, "from 1"),
-        ("lanes  = 2", "lanes = 33", Limit, "at most 32 lanes"),
+        ("lanes  = 2", "lanes = 0", Range, "from 1 to 32"),
+        ("lanes  = 2", "lanes = 33", Range, "from 1 to 32"),
         ("lanes  = 2", "lanes = 2.0", Type, "integer"),
         ("memory = \"512MiB\"", "memory = 512", Quantity, "unit"),
         ("memory = \"512MiB\"", "memory = \"7MiB\"", Memory, "7340032 bytes of pool `gpu`"),
@@ -127,7 +128,7 @@ fn a_broken_line_of_the_example_is_refused_at_that_line() {
     }
     for (line, broken, refusal, (row, column)) in [
         ("kind: cpu", "kind: cpuu", Range, (4, 23)),
-        ("lanes: 2", "lanes: 40", Limit, (4, 35)),
+        ("lanes: 2", "lanes: 40", Range, (4, 35)),
         ("deadline: 120ms", "deadline: 120", Quantity, (10, 15)),
         ("    offset: 0ms", "    once: true", Conflict, (12, 11)),
         ("floor: [3, 4]", "floor: [3, 0]", Range, (14, 16)),
@@ -180,6 +181,31 @@ fn tables_that_are_missing_or_doubled_are_refused() {
         assert!(error.to_string().contains(words), "{error}");
     }
     assert!(accepted(&format!("{valid}[sync]\ngrid = '5ms'\ncost = '0ms'\n")).sync.is_some());
+}
+
+#[test]
+fn sensors_of_many_periods_are_told_apart_as_far_as_stages_read_them() {
+    let text = |tasks: usize, sensors: usize| {
+        let sensor = |n: usize| format!("[[sensor]]\nname = 's{n}'\nperiod = '{}ms'\n", n + 1);
+        let stage = |n: usize| {
+            format!(
+                "[[task.node]]\nname = 'n{n}'\nmimonet = {{ weights = 'w', frame = 's{n}', \
+                 encoder = {{ wcet = '1ns' }}, decoders = [{{ name = 'd', wcet = '1ns' }}] }}\n"
+            )
+        };
+        let task = |t: usize| {
+            let head = format!("[[task]]\nname = 't{t}'\ndeadline = '1s'\nonce = true\n");
+            head + &(t * 128..(t + 1) * 128).map(stage).collect::<String>()
+        };
+        let sensors: String = (0..sensors).map(sensor).collect();
+        format!("[[pool]]\nname = 'p'\nlanes = 1\n{sensors}{}", (0..tasks).map(task).collect::<String>())
+    };
+    for valid in [text(1, 300), text(2, 256), text(3, 256)] {
+        let workload = accepted(&valid);
+        assert!(plan::<red_core::Caps<16, 256, 64, 32, 32, 4, 16>>(&workload).is_ok());
+    }
+    let error = refused(&text(3, 257));
+    assert_eq!((error.refusal, error.place.map(|place| place.line)), (Limit, Some(3 + 257 * 3)), "{error}");
 }
 
 #[test]

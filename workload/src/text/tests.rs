@@ -41,9 +41,18 @@ fn what_is_not_text_is_refused() {
             b"# \x1b[31m".to_vec(),
             b"# latin-1: \xe4".to_vec(),
             b"# cut: \xc3".to_vec(),
+            b"\xef\xbb\xbf\xef\xbb\xbfpool: 1".to_vec(),
         ];
         for bytes in binary {
             assert_eq!(refused_as(&bytes, format).refusal, Encoding, "{bytes:?}");
+        }
+        for lone in ["# a\r# b\rx: 1\n", "# a\r\r\nx: 1\n", "# a\r"] {
+            let error = refused_as(lone.as_bytes(), format);
+            assert_eq!(
+                (error.refusal, error.place),
+                (Encoding, Some(Place { line: 1, column: 4 })),
+                "{lone:?}"
+            );
         }
         assert_eq!(refused_as(b"# only a comment\n", format).refusal, Missing);
     }

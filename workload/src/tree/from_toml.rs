@@ -7,15 +7,26 @@ use toml::de::{DeTable, DeValue};
 use toml_parser::Source;
 use toml_parser::lexer::TokenKind;
 
-use super::{Key, MAX_NESTING, Tree, Value};
+use super::{Fields, Key, MAX_NESTING, Tree, Value};
 use crate::error::{Fault, Refusal, shown};
 
 impl<'s> Tree<'s> {
-    /// Parses TOML, unless it nests too deeply.
-    pub(crate) fn from_toml(text: &'s str) -> Result<Self, Fault> {
+    /// Parses TOML, unless it nests too deeply. The whole is `owner`, with these keys.
+    pub(crate) fn from_toml(
+        text: &'s str,
+        owner: &'static str,
+        keys: &[&'static str],
+    ) -> Result<Self, Fault> {
         refuse_deep_nesting(text)?;
-        let root = DeTable::parse(text).map_err(|error| refused(text, &error))?;
-        Ok(Self { at: 0, source: "", value: table(text, root.into_inner()) })
+        let (root, errors) = DeTable::parse_recoverable(text);
+        let root = Self { at: 0, source: "", value: table(text, root.into_inner()) };
+        let Some(error) = errors.first() else {
+            return Ok(root);
+        };
+        let fault = refused(text, error);
+        // Below a misspelt `[[Task]]`, a `[task.node]` makes the next `[[task]]` one too many.
+        let misspelt = |first: &Fault| fault.refusal == Refusal::DuplicateKey && first.at < fault.at;
+        Err(Fields::open(&root, owner, keys).err().filter(misspelt).unwrap_or(fault))
     }
 }
 

@@ -95,6 +95,23 @@ fn the_unknown_key_that_comes_first_is_told() {
 }
 
 #[test]
+fn a_misspelt_header_is_told_before_what_it_makes_of_the_others() {
+    let task = |head: &str| format!("[[{head}]]\nname = 't'\ndeadline = '1s'\nonce = true\n");
+    let node = "[[task.node]]\nname = 'a'\nwcet = '1ms'\n";
+    let pool = "[[pool]]\nname = 'p'\nlanes = 1\n";
+    for text in [
+        format!("{pool}{}{node}{}{node}", task("Task"), task("task")),
+        format!("{pool}{}{node}{}{node}", task("tasks"), task("task")),
+        format!("{pool}{}{node}{}{node}", task("task"), task("Task")),
+    ] {
+        let error = refused(&text);
+        assert_eq!((error.refusal, error.nearest.as_deref()), (UnknownKey, Some("task")), "{error}");
+    }
+    let error = refused(&format!("{pool}{node}{}", task("task")));
+    assert_eq!(error.refusal, DuplicateKey, "{error}");
+}
+
+#[test]
 fn deep_nesting_is_refused_before_it_costs_anything() {
     let deep = 100_000;
     let toml = [

@@ -1,4 +1,5 @@
 use std::env;
+use std::fs::{self, File};
 use std::path::PathBuf;
 use std::process;
 use std::thread;
@@ -72,5 +73,12 @@ fn a_file_that_is_no_model_is_refused() {
     for bytes in [&b""[..], b"not a model", &whole[..whole.len() / 2], &whole[..100]] {
         assert!(matches!(load(bytes), Err(BodyError::Model { .. })), "{} bytes", bytes.len());
     }
+    // Zeros are no model, and of so many only the first is read.
+    File::create(&path).and_then(|file| file.set_len(3 << 29)).expect("a sparse file");
+    let error = Rten.load(&path).map(|_| ()).expect_err("no model").to_string();
+    assert!(error.contains("not an ONNX file"), "{error}");
+    File::create(&path).and_then(|file| file.set_len(1 << 40)).expect("a sparse file");
+    assert!(matches!(Rten.load(&path), Err(BodyError::TooLarge { .. })));
     fs::remove_file(&path).expect("the file was there");
+    assert!(matches!(Rten.load(Path::new("/dev/zero")), Err(BodyError::NotAFile { .. })));
 }

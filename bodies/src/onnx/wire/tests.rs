@@ -38,3 +38,13 @@ fn nesting_is_bounded() {
     assert_eq!(nest(5), Ok(()));
     assert_eq!(nest(50), Err("graphs are nested too deeply"));
 }
+
+#[test]
+fn a_field_without_a_number_is_refused() {
+    assert!(check(&[0, 0]).is_err());
+    for (first, may) in
+        [(0x08, true), (0x3a, true), (0xa2, true), (0x00, false), (0x02, false), (b'n', false)]
+    {
+        assert_eq!(begins(first), may, "{first:#x}");
+    }
+}

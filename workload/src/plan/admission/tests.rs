@@ -4,7 +4,7 @@ use super::*;
 use crate::fixtures::accepted;
 use crate::model::Workload;
 
-const MS: i64 = 1_000_000;
+const MS: i128 = 1_000_000;
 
 fn admission(workload: &Workload) -> Admission {
     plan::<Lab>(workload).unwrap().admission
@@ -132,4 +132,29 @@ fn tasks_that_share_encoder_results_are_not_proved() {
     assert_eq!(admission(&workload).guarantee, Guarantee::Analytic, "each job has its own capture");
     workload.sensors.push(crate::model::Sensor { name: "f".to_owned(), period_ns: 1 });
     assert_eq!(admission(&workload).guarantee, Guarantee::BestEffort);
+}
+
+#[test]
+fn margins_are_exact_beyond_64_bits() {
+    let mut workload = independent(1, &[(1, 10, 10); 16]);
+    for task in &mut workload.tasks {
+        task.deadline_ns = 1 << 62;
+        let crate::model::Work::Plain(part) = &mut task.nodes[0].work else { panic!("a plain node") };
+        part.wcet_ns = u64::MAX;
+        set_period(&mut task.arrival, 1);
+    }
+    let late = admission(&workload);
+    let second = 1_000_000_000;
+    assert_eq!((late.fits, late.margin_ns), (false, second - 16 * second * i128::from(u64::MAX)));
+    assert_eq!(late.binding, "utilisation of pool `gpu`");
+    workload.tasks.truncate(1);
+    set_period(&mut workload.tasks[0].arrival, 1 << 62);
+    let plan = plan::<Lab>(&workload).unwrap();
+    assert_eq!(plan.tasks[0].certificate.base.margin_ns, (1 << 62) - i128::from(u64::MAX));
+    let text = serde_json::to_string(&plan).unwrap();
+    assert!(text.contains(r#""margin_ns":-13835058055282163711"#), "{text}");
+}
+
+fn set_period(arrival: &mut crate::model::Arrival, period_ns: u64) {
+    *arrival = crate::model::Arrival::Periodic { period_ns };
 }

@@ -38,15 +38,22 @@ fn sums_over_a_task_fit_64_bits_or_are_refused() {
     let huge = "{ name = 'a', wcet = '18446744073709551614ns' },";
     let unlimited =
         |amount: &str| format!("{{ name = 'm{amount}', wcet = '0s', pool = 'gpu', memory = '{amount}' }},");
-    let event = |node: &str| format!("[[event]]\nat = '1s'\ntask = 't'\nremove = ['a']\nadd = [{node}]\n");
+    let event = |node: &str| format!("[[event]]\nat = '1s'\ntask = 't'\nadd = [{node}]\n");
     let small = "{ name = 'b', wcet = '1ns', pool = 'gpu' },";
-    accepted(&with_nodes(&(huge.to_owned() + small), ""));
+    let other = |node: &str| format!("[[task]]\nname = 'o'\ndeadline = '1s'\nonce = true\nnode = [{node}]\n");
+    accepted(&with_nodes(&(huge.to_owned() + &small.replace(", pool = 'gpu'", "")), ""));
     accepted(&with_nodes(&(unlimited("17179869183GiB") + &unlimited("1073741823B")), ""));
     for (nodes, events) in [
         (huge.to_owned() + "{ name = 'b', wcet = '2ns' }", String::new()),
         (huge.to_owned() + "{ name = 'b', wcet = '1ns', atomic = true, contention = '1ns' }", String::new()),
         (huge.to_owned(), event("{ name = 'b', wcet = '2ns' }")),
         (unlimited("17179869183GiB") + &unlimited("1GiB"), String::new()),
+        // In two pools, the bound on the response time is a larger sum.
+        (huge.to_owned() + small, String::new()),
+        // Memory is shown for a pool over all tasks.
+        (unlimited("17179869183GiB"), other(&unlimited("1GiB"))),
+        (unlimited("1GiB"), other(&unlimited("17179869183GiB"))),
+        (unlimited("17179869183GiB"), other(small) + &event(&unlimited("1GiB")).replace("'t'", "'o'")),
     ] {
         let error = refused(&with_nodes(&nodes, &events));
         assert_eq!(error.refusal, Overflow, "{error}");

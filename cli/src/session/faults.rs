@@ -1,0 +1,82 @@
+//! Which bodies failed in a run, and how that is told: they are noted under real time, and worded after it.
+
+use red_bodies::BodyError;
+use red_core::{Event, EventKind, ShedReason};
+use red_workload::build::Numbered;
+use red_workload::{shown, shown_path};
+
+/// Faults that are told one by one.
+const MOST: usize = 8;
+
+/// An error of a body: its task, job and node, and what it said.
+pub(crate) type Said = (usize, u64, usize, BodyError);
+
+/// A table of errors that takes no memory while lanes run.
+pub(crate) fn table() -> Vec<Said> {
+    Vec::with_capacity(MOST)
+}
+
+/// Notes an error where there is room; the first ones tell most.
+pub(crate) fn say(table: &mut Vec<Said>, said: Said) {
+    if table.len() < table.capacity() {
+        table.push(said);
+    }
+}
+
+/// Jobs that were given up because a body of theirs failed.
+#[derive(Debug)]
+pub(crate) struct Faults {
+    /// What each lane runs: task, job, node.
+    running: Vec<Option<(usize, u64, usize)>>,
+    /// Task and job, and the nodes of which one is at fault.
+    jobs: Vec<(usize, u64, [Option<usize>; 2])>,
+    more: u64,
+}
+
+impl Faults {
+    /// None yet.
+    pub(crate) fn new(lanes: usize) -> Self {
+        Self { running: vec![None; lanes], jobs: Vec::with_capacity(MOST), more: 0 }
+    }
+
+    /// Follows the record.
+    pub(crate) fn event(&mut self, event: &Event) {
+        let (task, job) = (event.task.index(), event.job);
+        match event.kind {
+            EventKind::Started => self.run(event, Some((task, job, event.node.index()))),
+            EventKind::Completed => self.run(event, None),
+            EventKind::Shed(ShedReason::Fault) if self.jobs.len() < self.jobs.capacity() => {
+                let ran = self.running.iter().flatten().filter(|(t, j, _)| (*t, *j) == (task, job));
+                let mut nodes = ran.map(|(_, _, node)| *node);
+                self.jobs.push((task, job, [nodes.next(), nodes.next()]));
+            }
+            EventKind::Shed(ShedReason::Fault) => self.more += 1,
+            _ => {}
+        }
+    }
+
+    fn run(&mut self, event: &Event, what: Option<(usize, u64, usize)>) {
+        if let Some(lane) = self.running.get_mut(event.lane.index()) {
+            *lane = what;
+        }
+    }
+
+    /// One line for each.
+    pub(crate) fn words(&self, tasks: &[String], nodes: &[Vec<Numbered>], said: &[Said]) -> Vec<String> {
+        let of_job = |(task, job, ran): &(usize, u64, [Option<usize>; 2])| {
+            let name = |node: usize| format!("`{}.{}`", tasks[*task], nodes[*task][node].name);
+            if let Some((_, _, node, error)) = said.iter().find(|(t, j, ..)| (t, j) == (task, job)) {
+                let error = error.told(shown, shown_path);
+                return format!("job {job}: node {}: {error}", name(*node));
+            }
+            let nodes: Vec<String> = ran.iter().flatten().map(|node| name(*node)).collect();
+            let nodes = nodes.join(" or ");
+            format!("job {job}: the body of node {nodes} panicked or did not return; mend the body")
+        };
+        let mut words: Vec<String> = self.jobs.iter().map(of_job).collect();
+        if self.more > 0 {
+            words.push(format!("{} more jobs failed", self.more));
+        }
+        words
+    }
+}

@@ -1,0 +1,48 @@
+//! `redrt demo` as a process: both policies do the same work, and sharing does not lose.
+
+mod process;
+
+use process::{file, run};
+use serde_json::Value;
+use std::fs;
+use std::path::PathBuf;
+
+fn keys(value: &Value) -> Vec<&String> {
+    value.as_object().expect("an object").keys().collect()
+}
+
+#[test]
+fn both_policies_get_the_same_jobs_and_redrt_meets_no_fewer_deadlines() {
+    let out = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("demo");
+    let _none_there = fs::remove_dir_all(&out);
+    let (status, answer, err) = run(&["demo", "--duration", "2s", "--json", "--out", out.to_str().unwrap()]);
+    assert_eq!(status, 0, "{err}");
+    assert_eq!(answer.lines().count(), 1);
+    let answer: Value = serde_json::from_str(&answer).expect("one JSON object");
+    assert_eq!(keys(&answer), ["runs"]);
+    let [edf, redrt] = answer["runs"].as_array().unwrap().as_slice() else { panic!("two runs: {answer}") };
+    assert_eq!((&edf["policy"], &redrt["policy"]), (&"edf".into(), &"redrt".into()));
+
+    let quick = "pool = [{ name = \"cpu\", lanes = 1 }]\n[[task]]\nname = \"t\"\nonce = true\ndeadline = \"1s\"\n\
+                 node = [{ name = \"a\", wcet = \"1ms\", body = { spin = \"10us\" } }]\n";
+    let path = file("demo-keys.toml", quick.as_bytes());
+    let one = run(&["run", path.to_str().unwrap(), "--best-effort", "--duration", "100ms", "--json"]).1;
+    let one: Value = serde_json::from_str(&one).expect("one JSON object");
+    for policy in [edf, redrt] {
+        assert_eq!(keys(policy), keys(&one));
+        assert_eq!(keys(&policy["tasks"][0]), keys(&one["tasks"][0]));
+        assert_eq!((&policy["allocations"], &policy["horizon_ns"]), (&0.into(), &2_000_000_000u64.into()));
+    }
+
+    let count = |run: &Value, key: &str| run["tasks"][0][key].as_u64().expect("a count");
+    assert!(count(edf, "released") > 0);
+    assert_eq!(count(edf, "released"), count(redrt, "released"));
+    assert!(count(redrt, "on_time") >= count(edf, "on_time"), "{edf}\n{redrt}");
+    assert_eq!(edf["encoder_runs_saved"], 0);
+    assert!(redrt["encoder_runs_saved"].as_u64().unwrap() > 0);
+    for policy in ["edf", "redrt"] {
+        let trace = fs::read(out.join(format!("{policy}.trace.json"))).unwrap();
+        let trace: Value = serde_json::from_slice(&trace).expect("a whole trace");
+        assert_eq!(trace["otherData"]["policy"], policy);
+    }
+}
