@@ -14,6 +14,8 @@ pub(crate) enum Must {
     RatioBelowPeers(f64),
     /// At most this figure, in the unit of the table.
     Figure(f64),
+    /// Nothing: the row is there to be seen.
+    Nothing,
 }
 
 impl fmt::Display for Must {
@@ -22,6 +24,7 @@ impl fmt::Display for Must {
             Self::Ratio(bound) => write!(out, "{bound:.2} x"),
             Self::RatioBelowPeers(bound) => write!(out, "{bound:.2} x and below all"),
             Self::Figure(bound) => write!(out, "{bound}"),
+            Self::Nothing => write!(out, "-"),
         }
     }
 }
@@ -80,6 +83,7 @@ impl Table<'_> {
     fn within(&self, row: &Row, must: Option<Must>) -> Option<bool> {
         match must? {
             Must::Ratio(bound) => Some(self.over_reference(row)? <= bound),
+            Must::Nothing => None,
             Must::Figure(bound) => Some(median(row.rounds.clone().ok()?)? <= bound),
             Must::RatioBelowPeers(bound) => {
                 let peers = self.rows.iter().filter(|peer| !peer.ours && peer.name != self.reference);

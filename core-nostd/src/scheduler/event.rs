@@ -61,8 +61,9 @@ crate::capacity::stored! {
     #[derive(Clone, Copy, Debug)]
     pub(super) struct Record<C: Capacity> {
         ring: C::Events<Event>,
-        /// Events ever kept, and how many of them there may be until one is taken.
+        /// Events ever kept and ever taken, and how many may be kept until the next is taken.
         kept: u64,
+        taken: u64,
         limit: u64,
         dropped: u64,
     }
@@ -91,10 +92,11 @@ impl<C: Capacity> Record<C> {
 
     #[inline]
     pub(super) fn take(&mut self) -> Option<&Event> {
-        let taken = self.limit.saturating_sub(C::EVENTS as u64);
+        let taken = self.taken;
         if taken == self.kept {
             return None;
         }
+        self.taken += 1;
         self.limit += 1;
         self.ring.as_ref().get(Self::place(taken))
     }

@@ -39,7 +39,7 @@ impl<C: Capacity> Scheduler<C> {
     ///
     /// # Errors
     /// [`ReleaseError`].
-    #[inline]
+    #[inline(always)]
     pub fn release_at(
         &mut self,
         task: TaskId,

@@ -144,9 +144,9 @@ impl<C: Capacity> Scheduler<C> {
         job.running.insert(rank);
         job.place[rank] = lane as u8;
         job.started = true;
-        self.stale_keys = self.reassigns;
-        if self.config.preempt {
+        if self.reassigns | self.config.preempt {
             cold_path();
+            self.stale_keys = self.reassigns;
             self.lanes[lane].carried = self.resume(slot, rank);
         }
         self.units += 1;
