@@ -29,7 +29,8 @@ use machine::Machine;
 use sections::{Bench, SECTIONS, Section};
 use table::Outcome;
 
-const USAGE: &str = "usage: red-benches [--quick] [--section NAME]...";
+/// One text for the bench and for the task that builds it, which tells it without a build.
+const HELP: &str = include_str!("../../xtask/src/bench.txt");
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = env::args().skip(1).collect();
@@ -39,9 +40,13 @@ fn main() -> ExitCode {
             Err(reason) => refuse(&reason, 2),
         };
     }
+    if arguments.iter().any(|word| matches!(word.as_str(), "--help" | "-h")) {
+        print!("{HELP}");
+        return ExitCode::SUCCESS;
+    }
     let (quick, chosen) = match parse(&arguments) {
         Ok(choice) => choice,
-        Err(reason) => return refuse(&format!("{reason}\n{USAGE}"), 2),
+        Err(reason) => return refuse(&format!("{reason}\n\n{HELP}"), 2),
     };
     let machine: &'static Machine = match Machine::enter() {
         Ok(machine) => Box::leak(Box::new(machine)),
@@ -51,6 +56,7 @@ fn main() -> ExitCode {
     if let Ok(load) = fs::read_to_string("/proc/loadavg") {
         println!("load before: {}", load.trim());
     }
+    println!("\n{}", table::LEGEND);
     let bench = Bench { machine, quick };
     let outcome: Outcome = chosen.iter().map(|(_, section)| section(&bench)).sum();
     println!("\n{} above their bound, {} not measured", outcome.above, outcome.missing);
@@ -87,3 +93,6 @@ fn parse(arguments: &[String]) -> Result<(bool, Vec<Section>), String> {
     }
     Ok((quick, chosen))
 }
+
+#[cfg(test)]
+mod tests;

@@ -5,6 +5,11 @@ use std::iter::Sum;
 
 use crate::measure::{Row, median, ratio};
 
+/// How to read the tables.
+pub(crate) const LEGEND: &str = "\
+min, median, max: over the rounds; x NAME: median of the ratios to the row NAME; ours/this: our row to this one
+must: what the product is held to, in the unit of the table or in times NAME (x); ABOVE: that bound is exceeded";
+
 /// What the product demands of our row.
 #[derive(Clone, Copy)]
 pub(crate) enum Must {

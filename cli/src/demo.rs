@@ -8,6 +8,7 @@
 mod models;
 mod scene;
 
+use crate::given_up::{GivenUp, legend};
 use crate::options;
 use crate::outcome::{Answer, Failure};
 use crate::output;
@@ -30,7 +31,7 @@ Example:
   redrt demo --duration 10s")]
 pub(crate) struct Args {
     /// Time per policy.
-    #[arg(long, value_name = "TIME", default_value = "10s", allow_hyphen_values = true, value_parser = options::time_ns)]
+    #[arg(long, value_name = "TIME", default_value = "10s", allow_hyphen_values = true, value_parser = options::duration_ns)]
     duration: u64,
     /// Folder for the traces.
     #[arg(long, value_name = "FOLDER", default_value = "redrt-demo")]
@@ -50,9 +51,6 @@ struct Runs<'a> {
 
 /// Measures, runs, compares.
 pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
-    if args.duration == 0 {
-        return Err(Failure::Input("--duration 0s is no run; give it a time such as 10s".to_owned()));
-    }
     fs::create_dir_all(&args.out).map_err(|e| {
         Failure::Machine(format!(
             "cannot make the folder `{}`: {e}; choose another with --out",
@@ -119,20 +117,26 @@ fn text(sessions: &[Session], traces: &[PathBuf]) -> String {
     row("on time", &|run| sum(run, |t| t.on_time).to_string());
     row("missed", &|run| sum(run, |t| t.missed).to_string());
     row("  of them given up (shed)", &|run| sum(run, |t| t.shed).to_string());
+    let given_up = |run: &RunSummary| run.given_up.first().map(GivenUp::to_string).unwrap_or_default();
+    if runs.iter().any(|run| run.given_up.iter().any(|task| !task.is_empty())) {
+        row("  why", &given_up);
+    }
     row("response time, median", &|run| time(response(run).p50));
     row("response time, p99", &|run| time(response(run).p99));
     row("response time, max", &|run| time(response(run).max));
     row("encoder runs saved", &|run| run.report.encoder_runs_saved.to_string());
     row("units dispatched", &|run| run.report.units_dispatched.to_string());
-    row("scheduling cost per unit", &|run| time(Some(run.overhead_ns_per_unit)));
-    row("dispatch latency, p99", &|run| time(Some(run.dispatch_ns.p99)));
+    row("scheduling cost per unit", &|run| time(run.measured(run.overhead_ns_per_unit)));
+    row("dispatch latency, p99", &|run| time(run.measured(run.dispatch_ns.p99)));
     row("scheduler state", &|run| format!("{} bytes", run.scheduler_bytes));
     row("allocations while running", &|run| run.allocations.to_string());
     row("page faults while running", &|run| run.page_faults.to_string());
     row("lanes", &|run| if run.realtime { "real time" } else { "BEST EFFORT" }.to_owned());
     let traces: Vec<String> = traces.iter().map(|path| format!("trace: {}", path.display())).collect();
+    let reasons: String =
+        legend(runs.iter().flat_map(|run| &run.given_up)).iter().map(|line| format!("\n{line}")).collect();
     format!(
-        "{table}\n\n{}\nOpen a trace in ui.perfetto.dev: lanes are rows, arrows are edges of the graph.",
+        "{table}{reasons}\n\n{}\nOpen a trace in ui.perfetto.dev: lanes are rows, arrows are edges of the graph.",
         traces.join("\n")
     )
 }

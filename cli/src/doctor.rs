@@ -1,5 +1,6 @@
 //! `redrt doctor`: what this machine does to real time, and the cure.
 
+use crate::executable;
 use crate::outcome::{Answer, Failure};
 use crate::output;
 use crate::progress;
@@ -53,6 +54,7 @@ pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
     if !args.quick {
         findings.extend(progress::during("measuring for 5 s", || measure(MEASUREMENT)));
     }
+    findings.iter_mut().for_each(|finding| finding.fix = executable::named_in(&finding.fix));
     let report = report(&findings);
     if args.json {
         output::json(&report)?;

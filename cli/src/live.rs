@@ -131,7 +131,7 @@ impl View {
             .collect();
         let ahead = " ".repeat(CELLS - self.missed.len());
         let mut lines =
-            vec![self.jobs(now_ns, live), format!("  jobs      [{marks}{ahead}]  = in time  x missed")];
+            vec![self.jobs(now_ns, live), format!("  jobs      [{marks}{ahead}]  = on time  x missed")];
         if let Some((from, until)) = self.obstacle_ns {
             let (from, until) = (self.cells(from), self.cells(until));
             let road = |cells: usize| ".".repeat(cells);

@@ -5,6 +5,8 @@
 
 mod demo;
 mod doctor;
+mod executable;
+mod given_up;
 mod live;
 mod options;
 mod outcome;

@@ -10,6 +10,14 @@ pub(crate) fn time_ns(text: &str) -> Result<u64, String> {
         .map_err(|error| format!("{error}; expected a whole number and one of ns, us, ms, s, such as 60s"))
 }
 
+/// How long to run, in nanoseconds.
+pub(crate) fn duration_ns(text: &str) -> Result<u64, String> {
+    match time_ns(text)? {
+        0 => Err("expected more than 0, such as 10s".to_owned()),
+        duration => Ok(duration),
+    }
+}
+
 /// Latest horizon, in nanoseconds: a release before it and the longest deadline, 2^62 ns each, stay below 2^63.
 const LATEST_HORIZON_NS: u64 = 1 << 62;
 

@@ -1,5 +1,6 @@
 //! How a subcommand ends: with an answer, or with a failure that names its cure.
 
+use crate::executable;
 use crate::output;
 use red_sim::SimError;
 use red_workload::LoadError;
@@ -48,7 +49,7 @@ impl Failure {
     pub(crate) fn report(self) -> ExitCode {
         let (message, code) = match self {
             Self::Input(message) => (message, 2),
-            Self::Machine(message) => (message, 3),
+            Self::Machine(message) => (executable::named_in(&message), 3),
         };
         output::note(&format!("error: {message}"));
         ExitCode::from(code)

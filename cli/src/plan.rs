@@ -8,7 +8,7 @@ use crate::progress;
 use crate::terminal::{self, wrap};
 use red_sim::{Execution, Lab, Options, simulate};
 use red_workload::model::{Arrival, Workload};
-use red_workload::plan::{Guarantee, cures, plan};
+use red_workload::plan::{Admission, Guarantee, cures, plan};
 use red_workload::policy::Policy;
 use std::io;
 use std::path::PathBuf;
@@ -36,16 +36,24 @@ pub(crate) struct Args {
 pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
     let workload = red_workload::load(&args.file)?;
     let mut plan = plan::<Lab>(&workload)?;
+    let mut why = Vec::new();
     if plan.admission.fits && plan.admission.guarantee != Guarantee::Analytic {
-        let on_time = progress::during("simulating", || is_on_time(&workload))?;
-        plan.admission.guarantee = if on_time { Guarantee::Empirical } else { Guarantee::BestEffort };
+        match progress::during("simulating", || simulated(&workload))? {
+            Seen::OnTime => plan.admission.guarantee = Guarantee::Empirical,
+            Seen::TooLittle => plan.admission.guarantee = Guarantee::BestEffort,
+            Seen::Missed(missed) => {
+                why = missed.refuse(&mut plan.admission);
+            }
+        }
     }
-    let cures = cures::<Lab>(&workload, &plan);
+    if why.is_empty() {
+        why = text::refusal(&plan, &cures::<Lab>(&workload, &plan));
+    }
     if args.json {
         output::json(&plan)?;
-        text::refusal(&plan, &cures).iter().for_each(|line| output::note(line));
+        why.iter().for_each(|line| output::note(line));
     } else {
-        let text = text::text(&workload, &plan, &cures);
+        let text = text::text(&workload, &plan, &why);
         output::line(&if terminal::moves(&io::stdout()) { wrapped(&text) } else { text })?;
     }
     Ok(Answer::of(plan.admission.fits))
@@ -57,9 +65,43 @@ fn wrapped(text: &str) -> String {
     text.lines().map(line).collect::<Vec<_>>().join("\n")
 }
 
-/// Whether a simulation under the default policy at WCET shows at least one job of each task, after every
-/// event too, and all of them on time.
-fn is_on_time(workload: &Workload) -> Result<bool, Failure> {
+/// What a simulation under the default policy at WCET shows.
+enum Seen {
+    /// At least one job of each task, after every event too, and all of them on time.
+    OnTime,
+    /// Not every task, or not every event.
+    TooLittle,
+    Missed(Missed),
+}
+
+/// The task that missed most.
+struct Missed {
+    task: String,
+    jobs: u64,
+    of: u64,
+    tardiness_ns: u64,
+}
+
+impl Missed {
+    /// A job that misses shows that the workload does not fit, whatever the tests say. Why, in lines.
+    fn refuse(self, admission: &mut Admission) -> Vec<String> {
+        let Self { task, jobs, of, tardiness_ns } = self;
+        admission.fits = false;
+        admission.guarantee = Guarantee::BestEffort;
+        admission.binding = format!("deadlines of task `{task}` in a simulation");
+        // Jobs that were given up have no finish: late by something.
+        admission.margin_ns = -i128::from(tardiness_ns.max(1));
+        vec![
+            format!(
+                "does not fit: every bound holds, but in a simulation at WCET task `{task}` misses {jobs} of {of} \
+                 deadlines"
+            ),
+            "other offsets may miss fewer or more; `redrt sim FILE --schedule` shows where".to_owned(),
+        ]
+    }
+}
+
+fn simulated(workload: &Workload) -> Result<Seen, Failure> {
     let horizon_ns = horizon_ns(workload);
     let options = Options {
         policy: Policy::default(),
@@ -71,7 +113,17 @@ fn is_on_time(workload: &Workload) -> Result<bool, Failure> {
     };
     let report = simulate(workload, &options)?;
     let sees_events = workload.events.iter().all(|event| event.at_ns < horizon_ns);
-    Ok(sees_events && report.tasks.iter().all(|task| task.on_time > 0 && task.missed == 0))
+    let missed = report.tasks.iter().filter(|task| task.missed > 0).max_by_key(|task| task.missed);
+    Ok(match missed {
+        Some(task) => Seen::Missed(Missed {
+            task: task.name.clone(),
+            jobs: task.missed,
+            of: task.released,
+            tardiness_ns: task.tardiness_ns.max.unwrap_or(0),
+        }),
+        None if sees_events && report.tasks.iter().all(|task| task.on_time > 0) => Seen::OnTime,
+        None => Seen::TooLittle,
+    })
 }
 
 /// Past the last event by two jobs of every task; shorter where that would take too long.

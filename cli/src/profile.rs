@@ -10,6 +10,7 @@ mod lanes;
 mod machine;
 mod measure;
 
+use crate::executable;
 use crate::options;
 use crate::outcome::{Answer, Failure};
 use crate::output;
@@ -138,7 +139,7 @@ fn measure(args: &Args, source: &Source) -> Result<Option<(Measured, Machine)>, 
     let bodies = Arc::new(bodies);
     let machine = Machine::take(workload, args.best_effort)?;
     if let Some(why) = &machine.denied {
-        output::note(&format!("BEST EFFORT, not real time: {why}"));
+        output::note(&executable::named_in(&format!("BEST EFFORT, not real time: {why}")));
     }
     // Held to the end; a machine without the device idles as deep as it likes, which doctor tells.
     let _awake = machine.realtime().then(setup::hold_cpu_dma_latency);

@@ -1,5 +1,7 @@
 //! `redrt run`.
 
+use crate::executable;
+use crate::given_up;
 use crate::live::View;
 use crate::options;
 use crate::outcome::{Answer, Failure};
@@ -12,8 +14,9 @@ use red_rt::setup::SetupError;
 use red_workload::policy::Policy;
 use red_workload::{Source, shown_path};
 use std::cell::RefCell;
-use std::fs::File;
+use std::fs::{self, File};
 use std::io::BufWriter;
+use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
 /// Runs a workload in real time on this machine.
@@ -31,7 +34,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "POLICY", default_value = "redrt", value_parser = options::policy())]
     policy: Policy,
     /// Time during which jobs are released.
-    #[arg(long, value_name = "TIME", default_value = "10s", allow_hyphen_values = true, value_parser = options::time_ns)]
+    #[arg(long, value_name = "TIME", default_value = "10s", allow_hyphen_values = true, value_parser = options::duration_ns)]
     duration: u64,
     /// Write a trace for Perfetto or chrome://tracing.
     #[arg(long, value_name = "FILE")]
@@ -58,6 +61,12 @@ pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
         obstacle_ns: None,
     };
     if let Some(path) = &args.trace {
+        if is_same_file(path, &args.file) {
+            return Err(Failure::Input(format!(
+                "--trace `{}` is the workload file itself; give the trace a file of its own",
+                shown_path(path)
+            )));
+        }
         // A place that takes no trace is refused before time is spent.
         File::options()
             .append(true)
@@ -80,6 +89,12 @@ pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
     }
     let missed: u64 = session.summary.report.tasks.iter().map(|t| t.missed).sum();
     Ok(Answer::of(!args.strict || missed == 0))
+}
+
+/// Whether two paths lead to one file, by whatever links.
+fn is_same_file(one: &Path, other: &Path) -> bool {
+    let file = |path| fs::metadata(path).map(|found| (found.dev(), found.ino())).ok();
+    file(one).is_some_and(|one| file(other) == Some(one))
 }
 
 impl From<SessionError> for Failure {
@@ -125,7 +140,7 @@ pub(crate) fn watch(source: &Source, options: &Options) -> Result<Session, Failu
 fn hung(session: &Session) -> String {
     let (hung, lost) = (session.hung, session.summary.lanes_lost);
     let spares = if lost == 0 {
-        "spare threads took their lanes".to_owned()
+        "spare threads took their lanes, except at the end of the run".to_owned()
     } else {
         format!("{lost} of their lanes are lost, because no thread could be started; raise `ulimit -u`")
     };
@@ -135,7 +150,7 @@ fn hung(session: &Session) -> String {
 /// Missing rights are said out loud, once, with the fix.
 fn told(mode: &Mode, why: Option<&SetupError>) {
     if let (Mode::BestEffort, Some(why)) = (mode, why) {
-        output::note(&format!("BEST EFFORT, not real time: {why}"));
+        output::note(&executable::named_in(&format!("BEST EFFORT, not real time: {why}")));
     }
 }
 
@@ -156,13 +171,24 @@ fn no_trace(path: &Path, error: &std::io::Error) -> String {
 /// A run's summary for people.
 fn text(summary: &RunSummary) -> String {
     let report = &summary.report;
-    let mut tasks =
-        Table::new(&["task", "released", "on time", "missed", "shed", "response p50", "p99", "max"]);
+    let mut tasks = Table::new(&[
+        "task",
+        "released",
+        "on time",
+        "missed",
+        "of them given up",
+        "response p50",
+        "p99",
+        "max",
+    ]);
     for task in &report.tasks {
         let counts = [task.released, task.on_time, task.missed, task.shed].map(|count| count.to_string());
         let times = [task.response_ns.p50, task.response_ns.p99, task.response_ns.max].map(time);
         tasks.row([task.name.clone()].into_iter().chain(counts).chain(times));
     }
+    let names = report.tasks.iter().map(|task| task.name.as_str());
+    let given_up = given_up::by_task(names.zip(&summary.given_up));
+    let given_up = if given_up.is_empty() { given_up } else { format!("\n\n{given_up}") };
     let d = &summary.dispatch_ns;
     let mut figures = Table::default();
     let mut row = |title: &str, value: String| figures.row([title.to_owned(), value]);
@@ -172,14 +198,18 @@ fn text(summary: &RunSummary) -> String {
     row("executions beyond the WCET", summary.overruns.to_string());
     row("bodies that failed or hung", summary.failed.to_string());
     row("lanes lost", summary.lanes_lost.to_string());
-    row("dispatch latency, median", time(Some(d.p50)));
-    row("dispatch latency, p99", time(Some(d.p99)));
-    row("dispatch latency, p99.9", time(Some(d.p999)));
-    row("dispatch latency, max", time(Some(d.max)));
-    row("scheduling cost per unit", time(Some(summary.overhead_ns_per_unit)));
+    row("dispatch latency, median", time(summary.measured(d.p50)));
+    row("dispatch latency, p99", time(summary.measured(d.p99)));
+    row("dispatch latency, p99.9", time(summary.measured(d.p999)));
+    row("dispatch latency, max", time(summary.measured(d.max)));
+    row("scheduling cost per unit", time(summary.measured(summary.overhead_ns_per_unit)));
     row("allocations while running", summary.allocations.to_string());
     row("page faults while running", summary.page_faults.to_string());
     row("scheduler state", format!("{} bytes", summary.scheduler_bytes));
     let mode = if summary.realtime { "real time" } else { "BEST EFFORT, not real time" };
-    format!("policy {}, {mode}, {}\n\n{tasks}\n\n{figures}", report.policy, time(Some(report.horizon_ns)))
+    format!(
+        "policy {}, {mode}, {}\n\n{tasks}{given_up}\n\n{figures}",
+        report.policy,
+        time(Some(report.horizon_ns))
+    )
 }

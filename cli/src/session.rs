@@ -61,7 +61,7 @@ pub(crate) enum SessionError {
     Bodies(BodiesError),
     /// The machine lacks a right or a resource.
     Machine(SetupError),
-    /// A pool of CUDA streams, and no CUDA lanes in this build.
+    /// A pool of CUDA streams, and no CUDA lanes in this version.
     Cuda(String),
 }
 
@@ -86,7 +86,7 @@ impl fmt::Display for SessionError {
             Self::Cuda(pool) => {
                 write!(
                     f,
-                    "pool `{pool}` is of kind cuda, and this build has no CUDA lanes; run it on the CPU: kind = \"cpu\""
+                    "pool `{pool}` is of kind cuda, and this version has no CUDA lanes; run it on the CPU: kind = \"cpu\""
                 )
             }
         }
@@ -217,12 +217,7 @@ pub(crate) fn execute(
     let (notes, figures) = finished.map_err(SessionError::Machine)?;
     progress(Progress::Ended, end_ns, &live);
     let summary = summary(workload, options, &notes, &figures, end_ns);
-    let mut faults = notes.faults.words(&names, &plan.nodes, &bodies.said());
-    faults.extend(figures.panics.iter().map(|panic| {
-        let node = &plan.nodes[panic.task][panic.node.index()].name;
-        let said = panic.message.escape_debug();
-        format!("job {}: node `{}.{node}` panicked: {said}", panic.job, names[panic.task])
-    }));
+    let faults = notes.faults.words(&names, &plan.nodes, &bodies.said(), &figures.panics, figures.hung);
     Ok(Session {
         summary,
         faults,

@@ -1,5 +1,6 @@
 //! `redrt sim`: a workload in virtual time.
 
+use crate::given_up::{self, GivenUp};
 use crate::options;
 use crate::outcome::{Answer, Failure};
 use crate::output;
@@ -7,6 +8,7 @@ use crate::progress;
 use crate::table::{Table, time};
 use red_core::Duration;
 use red_sim::{Execution, Options, Report, simulate};
+use red_workload::metrics::TaskMetrics;
 use red_workload::policy::Policy;
 use std::path::PathBuf;
 
@@ -67,6 +69,7 @@ fn text(report: &Report) -> String {
     let parts = [
         format!("{policy}, {} of virtual time, seed {seed}", Duration::from_nanos(*horizon_ns)),
         tasks(report).to_string(),
+        reasons(report),
         times(report).to_string(),
         pools(report).to_string(),
         format!(
@@ -74,12 +77,15 @@ fn text(report: &Report) -> String {
              {nodes_missed} nodes late"
         ),
     ];
-    let lists = report.schedule.as_ref().map(|_| format!("{}\n\n{}", schedule(report), sheds(report)));
-    parts.into_iter().chain(lists).collect::<Vec<_>>().join("\n\n")
+    let rows = report.schedule.as_ref().map(|_| schedule(report).to_string());
+    let sheds = report.sheds.as_ref().filter(|sheds| !sheds.is_empty()).map(|_| sheds(report).to_string());
+    let parts = parts.into_iter().filter(|part| !part.is_empty());
+    parts.chain(rows).chain(sheds).collect::<Vec<_>>().join("\n\n")
 }
 
 fn tasks(report: &Report) -> Table {
-    let mut table = Table::new(&["task", "released", "completed", "on time", "missed", "shed", "QoE 1"]);
+    let mut table =
+        Table::new(&["task", "released", "completed", "on time", "missed", "of them given up", "QoE 1"]);
     for task in &report.tasks {
         let counts = [task.released, task.completed, task.on_time, task.missed, task.shed]
             .map(|count| count.to_string());
@@ -88,6 +94,19 @@ fn tasks(report: &Report) -> Table {
         table.row([task.name.clone()].into_iter().chain(counts).chain([quality]));
     }
     table
+}
+
+/// Why jobs were given up. The simulator tells that of each one, or of none.
+fn reasons(report: &Report) -> String {
+    let Some(sheds) = &report.sheds else {
+        let told = report.tasks.iter().any(|task| task.shed > 0);
+        return if told { "  --schedule tells why jobs were given up" } else { "" }.to_owned();
+    };
+    let of_task = |task: &TaskMetrics| -> GivenUp {
+        sheds.iter().filter(|shed| shed.task == task.name).map(|shed| shed.reason).collect()
+    };
+    let given_up: Vec<GivenUp> = report.tasks.iter().map(of_task).collect();
+    given_up::by_task(report.tasks.iter().map(|task| task.name.as_str()).zip(&given_up))
 }
 
 fn times(report: &Report) -> Table {

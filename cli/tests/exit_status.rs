@@ -16,6 +16,22 @@ period = "10ms"
 node = [{ name = "a", wcet = "8ms" }, { name = "b", wcet = "8ms" }]
 "#;
 
+/// Every bound of one task holds, and the pool is exactly full.
+const BLOCKED: &str = r#"
+pool = [{ name = "gpu", lanes = 1 }]
+[[task]]
+name = "short"
+deadline = "10ms"
+period = "11ms"
+offset = "500us"
+node = [{ name = "a", wcet = "5ms" }]
+[[task]]
+name = "long"
+deadline = "20ms"
+period = "11ms"
+node = [{ name = "a", wcet = "6ms" }]
+"#;
+
 /// Refused with 2: nothing on standard output, one message of bounded length that says all of `words`.
 fn refused(arguments: &[&str], words: &[&str]) {
     let (status, out, err) = run(arguments);
@@ -104,6 +120,15 @@ fn what_fits_is_yes_and_what_does_not_is_no() {
 
     let (status, _, _) = run(&["sim", tight, "--horizon", "1s"]);
     assert_eq!(status, 0, "a simulation that shows misses is done all the same");
+}
+
+#[test]
+fn a_workload_that_misses_in_a_simulation_does_not_fit_although_every_bound_holds() {
+    let blocked = file("blocked.toml", BLOCKED.as_bytes());
+    let (status, out, err) = run(&["plan", blocked.to_str().unwrap(), "--json"]);
+    assert_eq!(status, 1);
+    assert!(out.contains(r#""fits":false,"guarantee":"best-effort""#), "{out}");
+    assert!(err.contains("does not fit: every bound holds, but in a simulation"), "{err}");
 }
 
 #[test]

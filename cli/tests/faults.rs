@@ -89,5 +89,6 @@ fn a_burst_beyond_the_room_for_jobs_is_shed_and_every_job_is_accounted_for() {
     assert_eq!(count(task, "released"), 500);
     assert_eq!(count(task, "on_time") + count(task, "missed"), 500, "{task}");
     assert!(count(task, "shed") > 0, "{task}");
+    assert!(summary.get("given_up").is_none(), "the keys are a contract");
     assert_eq!(summary["allocations"], 0);
 }

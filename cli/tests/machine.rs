@@ -61,6 +61,10 @@ fn without_rights_nothing_runs_and_the_fix_is_told() {
         let (status, out, err) = without_rights(arguments);
         assert_eq!((status, &*out), (3, ""), "{arguments:?}: {err}");
         assert!(err.contains("fix:") && err.contains("rtprio") && err.contains("--best-effort"), "{err}");
+        assert!(
+            err.contains(concat!("'", env!("CARGO_BIN_EXE_redrt"), "'")) && err.contains("rebuild"),
+            "{err}"
+        );
     }
 }
 

@@ -70,6 +70,53 @@ fn a_trace_without_a_place_is_refused_before_anything_runs() {
 }
 
 #[test]
+fn a_trace_never_takes_the_place_of_the_workload() {
+    let text = "pool = [{ name = \"cpu\", lanes = 1 }]\n[[task]]\nname = \"t\"\nonce = true\ndeadline = \"1s\"\n\
+                node = [{ name = \"a\", wcet = \"1ms\", body = { spin = \"10us\" } }]\n";
+    let path = file("usage-itself.toml", text.as_bytes());
+    let (soft, hard) = (path.with_extension("soft"), path.with_extension("hard"));
+    for link in [&soft, &hard] {
+        let _none_there = std::fs::remove_file(link);
+    }
+    std::os::unix::fs::symlink(&path, &soft).unwrap();
+    std::fs::hard_link(&path, &hard).unwrap();
+    let roundabout = path.parent().unwrap().join("../tmp/usage-itself.toml");
+    for trace in [&path, &soft, &hard, &roundabout] {
+        let run = ["run", path.to_str().unwrap(), "--best-effort", "--trace", trace.to_str().unwrap()];
+        refused(&run, &["is the workload file itself"]);
+    }
+    assert_eq!(std::fs::read_to_string(&path).unwrap(), text);
+}
+
+#[test]
+fn a_run_of_no_time_is_refused() {
+    for arguments in [&["run", CRUISE, "--duration", "0s"][..], &["demo", "--duration", "0ms"]] {
+        refused(arguments, &["--duration", "expected more than 0"]);
+    }
+}
+
+#[test]
+fn a_simulation_tells_why_jobs_were_given_up() {
+    let task = "[[task]]\nname = \"t\"\nperiod = \"1ms\"\ndeadline = \"1s\"\nnode = [{ name = \"a\", wcet = \"9ms\" }]\n";
+    let path =
+        file("usage-full.toml", format!("pool = [{{ name = \"cpu\", lanes = 1 }}]\n{task}").as_bytes());
+    let sim = |more: &[&str]| {
+        let (status, out, err) =
+            run(&[&["sim", path.to_str().unwrap(), "--policy", "edf", "--horizon", "1s"], more].concat());
+        assert_eq!(status, 0, "{err}");
+        out
+    };
+    let listed = sim(&["--schedule"]);
+    assert!(
+        listed.contains("t gave up: full ") && listed.contains("full: no place for a 65th job"),
+        "{listed}"
+    );
+    assert!(sim(&[]).contains("--schedule tells why"));
+    let (_, none, _) = run(&["sim", CRUISE, "--schedule", "--horizon", "1s"]);
+    assert!(!none.contains("reason"), "{none}");
+}
+
+#[test]
 fn margins_and_sums_are_exact_or_refused() {
     let task = |name: &str, node: &str| {
         format!(

@@ -21,7 +21,7 @@ pub enum Gate {
 pub enum Reassign {
     /// Only when the graph changes.
     Never,
-    /// Level rules: the residual graph of every job, at each dispatch (paper section 3.2).
+    /// Level rules: the residual graph of every job, at each dispatch (paper section 4.3).
     OnDispatch,
     /// Level rules: the residual graph of a job when one of its nodes ended. Path rules keep their keys: they
     /// change only with the graph.
@@ -118,7 +118,7 @@ crate::capacity::stored! {
     }
 }
 
-/// gamma: paper section 3.2.
+/// gamma: paper section 4.3.
 pub(crate) const PAPER_SKEW: Duration = Duration::from_millis(100);
 
 impl Config {

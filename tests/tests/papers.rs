@@ -12,7 +12,15 @@ fn papers() -> Vec<String> {
     let decisions = fs::read_dir(root().join("docs/decisions")).expect("decisions are recorded");
     let names = decisions.map(|entry| entry.expect("an entry").file_name().display().to_string());
     let mut papers: Vec<String> = names.map(|name| format!("docs/decisions/{name}")).collect();
-    let others = ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "docs/glossary.md", "docs/paper-map.md"];
+    let others = [
+        "README.md",
+        "ARCHITECTURE.md",
+        "CONTRIBUTING.md",
+        "docs/glossary.md",
+        "docs/paper-map.md",
+        "docs/workload-file.md",
+        "workload/README.md",
+    ];
     papers.extend(others.map(str::to_owned));
     papers
 }

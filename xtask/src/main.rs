@@ -12,18 +12,21 @@ use std::process::ExitCode;
 use process::Failure;
 use workspace::Workspace;
 
+/// Of the bench, which has it too; here it needs no build.
+const BENCH_HELP: &str = include_str!("bench.txt");
+
 const HELP: &str = "\
 Tasks of this workspace.
 
 usage: cargo xtask TASK
 
-  test [STEP]...    every test there is, quick things first; STEPs: only these
+  test [STEP]...    every test there is, quick things first; STEPs: only these, --help lists them
   bench [ARG]...    what the scheduler costs beside its peers, measured now; --help tells the ARGs
   models [--check]  writes the demo's networks; --check compares the committed ones with their generator
 
 example: cargo xtask test fmt clippy
 
-Exit status: 0 done, 1 something failed, 2 wrong arguments. Tools that are missing are installed where that
+Exit status: 0 done, 1 something failed, 2 wrong arguments; that of the bench is in its own help. Tools that are missing are installed where that
 needs no question (into the target folder, by rustup, as root on Debian by apt-get), or named with the line that
 installs them.";
 
@@ -36,13 +39,27 @@ fn main() -> ExitCode {
             println!("{HELP}");
             ExitCode::SUCCESS
         }
+        ["test", ref names @ ..] if asks_for_help(names) => {
+            println!("{}", steps::help());
+            ExitCode::SUCCESS
+        }
+        ["bench", ref rest @ ..] if asks_for_help(rest) => {
+            print!("{BENCH_HELP}");
+            ExitCode::SUCCESS
+        }
         ["test", ref names @ ..] => match steps::choose(names) {
             Ok(chosen) => report::run(&workspace, &chosen),
             Err(reason) => refuse(&reason),
         },
         ["bench", ref rest @ ..] => {
             let bench = ["run", "--release", "-p", "red-benches", "--"];
-            finish(workspace.cargo(&bench).args(rest).stream())
+            match workspace.cargo(&bench).args(rest).stream() {
+                // The bench has said why, and each status has its meaning.
+                Err(Failure::Status { status, .. }) if matches!(status.code(), Some(1..=3)) => {
+                    ExitCode::from(status.code().and_then(|code| u8::try_from(code).ok()).unwrap_or(1))
+                }
+                result => finish(result),
+            }
         }
         ["models", ref rest @ ..] if matches!(rest, [] | ["--check"]) => {
             finish(tools::python(&workspace).and_then(|python| python.generate(rest)))
@@ -50,6 +67,10 @@ fn main() -> ExitCode {
         [] => refuse("which task?"),
         ref other => refuse(&format!("unknown task: {}", other.join(" "))),
     }
+}
+
+fn asks_for_help(words: &[&str]) -> bool {
+    words.iter().any(|word| matches!(*word, "--help" | "-h"))
 }
 
 fn refuse(reason: &str) -> ExitCode {

@@ -36,6 +36,14 @@ const STEPS: &[Step] = &[
 const EXAMPLES: &[(&str, &[&str])] =
     &[("bodies/examples/frames.rs", &["{target}"]), ("bodies/examples/measure.rs", &["models", "3"])];
 
+/// What `test` takes.
+pub(crate) fn help() -> String {
+    let list: String = STEPS.iter().map(|step| format!("\n  {:<10} {}", step.name, step.what)).collect();
+    format!(
+        "usage: cargo xtask test [STEP]...\n\nAll steps, in this order, or only those that are named:\n{list}"
+    )
+}
+
 /// The steps of these names in the order of the list; all of them when no name is given.
 ///
 /// # Errors

@@ -5,8 +5,8 @@ use red_core::Duration;
 use red_workload::model::{Arrival, Task, Workload};
 use red_workload::plan::{Cure, Guarantee, Plan, Proof, TaskPlan};
 
-/// The whole plan: tasks, pools, verdict.
-pub(super) fn text(workload: &Workload, plan: &Plan, cures: &[Cure]) -> String {
+/// The whole plan: tasks, pools, verdict, and why it does not fit where it does not.
+pub(super) fn text(workload: &Workload, plan: &Plan, why: &[String]) -> String {
     let mut parts: Vec<String> = workload
         .tasks
         .iter()
@@ -15,7 +15,7 @@ pub(super) fn text(workload: &Workload, plan: &Plan, cures: &[Cure]) -> String {
         .collect();
     parts.push(pools(workload, plan).to_string());
     parts.push(verdict(plan));
-    parts.push(refusal(plan, cures).join("\n"));
+    parts.push(why.join("\n"));
     parts.retain(|part| !part.is_empty());
     parts.join("\n\n")
 }
@@ -152,7 +152,9 @@ fn verdict(plan: &Plan) -> String {
         Guarantee::Empirical => {
             "empirical: every test says yes and a simulation at WCET shows no miss; not a proof"
         }
-        Guarantee::BestEffort => "best effort: no proof, and no simulation without a miss",
+        Guarantee::BestEffort => {
+            "best effort: no proof, and no simulation without a miss that saw every task and event"
+        }
     };
     let fits = if admission.fits { "yes" } else { "no" };
     format!(

@@ -2,6 +2,7 @@
 
 use red_bodies::BodyError;
 use red_core::{Event, EventKind, ShedReason};
+use red_rt::panics::BodyPanic;
 use red_workload::build::Numbered;
 use red_workload::{shown, shown_path};
 
@@ -61,22 +62,57 @@ impl Faults {
         }
     }
 
-    /// One line for each.
-    pub(crate) fn words(&self, tasks: &[String], nodes: &[Vec<Numbered>], said: &[Said]) -> Vec<String> {
+    /// One line for each. `hung` is how many bodies the watchdog gave up.
+    pub(crate) fn words(
+        &self,
+        tasks: &[String],
+        nodes: &[Vec<Numbered>],
+        said: &[Said],
+        panics: &[BodyPanic],
+        hung: u64,
+    ) -> Vec<String> {
+        let panicked = |panic: &BodyPanic| {
+            let node = &nodes[panic.task][panic.node.index()].name;
+            let message = panic.message.escape_debug();
+            format!("job {}: node `{}.{node}` panicked: {message}", panic.job, tasks[panic.task])
+        };
+        let panic_of =
+            |task: usize, job: u64| panics.iter().find(|panic| (panic.task, panic.job) == (task, job));
+        let error_of = |task: usize, job: u64| said.iter().find(|(t, j, ..)| (*t, *j) == (task, job));
+        let silent = |(t, j, _): &&(usize, u64, _)| panic_of(*t, *j).is_none() && error_of(*t, *j).is_none();
+        // A lane that is lost takes the words of its panics along.
+        let how = match hung {
+            0 => "panicked",
+            hung if self.jobs.iter().filter(silent).count() as u64 <= hung => {
+                "did not return within its bound"
+            }
+            _ => "panicked or did not return within its bound",
+        };
         let of_job = |(task, job, ran): &(usize, u64, [Option<usize>; 2])| {
             let name = |node: usize| format!("`{}.{}`", tasks[*task], nodes[*task][node].name);
-            if let Some((_, _, node, error)) = said.iter().find(|(t, j, ..)| (t, j) == (task, job)) {
+            if let Some(panic) = panic_of(*task, *job) {
+                return panicked(panic);
+            }
+            if let Some((_, _, node, error)) = error_of(*task, *job) {
                 let error = error.told(shown, shown_path);
                 return format!("job {job}: node {}: {error}", name(*node));
             }
             let nodes: Vec<String> = ran.iter().flatten().map(|node| name(*node)).collect();
             let nodes = nodes.join(" or ");
-            format!("job {job}: the body of node {nodes} panicked or did not return; mend the body")
+            format!("job {job}: the body of node {nodes} {how}; mend the body")
         };
         let mut words: Vec<String> = self.jobs.iter().map(of_job).collect();
         if self.more > 0 {
             words.push(format!("{} more jobs failed", self.more));
+        } else {
+            // In jobs that had been given up for another reason.
+            let untold =
+                |panic: &&BodyPanic| self.jobs.iter().all(|(t, j, _)| (*t, *j) != (panic.task, panic.job));
+            words.extend(panics.iter().filter(untold).map(panicked));
         }
         words
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -2,9 +2,10 @@
 
 use super::host::Notes;
 use super::{Options, Robot};
-use red_core::{Instant, Scheduler};
+use crate::given_up::GivenUp;
+use red_core::{Instant, Scheduler, ShedReason};
 use red_rt::report::RunReport;
-use red_workload::metrics::{TaskMetrics, summarise};
+use red_workload::metrics::{TaskLog, TaskMetrics, summarise};
 use red_workload::model::Workload;
 use serde::Serialize;
 
@@ -49,6 +50,27 @@ pub(crate) struct RunSummary {
     pub(crate) notes_dropped: u64,
     /// The signal that ended the run early.
     pub(crate) stopped_by: Option<&'static str>,
+    /// Why the jobs of each task were given up that its `shed` counts.
+    #[serde(skip)]
+    pub(crate) given_up: Vec<GivenUp>,
+}
+
+impl RunSummary {
+    /// A time that was measured per unit; `None` where there was no unit.
+    pub(crate) fn measured(&self, ns: u64) -> Option<u64> {
+        (self.report.units_dispatched > 0).then_some(ns)
+    }
+}
+
+/// Why jobs were given up, of those that [`summarise`] counts.
+fn given_up(log: &TaskLog, until: u64, end: u64) -> GivenUp {
+    let ended = log.jobs().iter().filter(|job| job.release_ns < until);
+    let reasons = ended.filter_map(|job| {
+        let reason = job.shed?;
+        let counts = job.at_ns? < end || reason == ShedReason::Full;
+        counts.then_some(reason.name())
+    });
+    reasons.collect()
 }
 
 /// What the notes and the figures of a run say.
@@ -102,5 +124,6 @@ pub(super) fn summary(
         lanes_lost: figures.lanes_lost,
         notes_dropped: notes.dropped + figures.events_dropped,
         stopped_by: figures.stopped_by,
+        given_up: notes.logs.iter().map(|log| given_up(log, until.as_nanos(), end_ns)).collect(),
     }
 }

@@ -5,7 +5,7 @@
 //! len_j) / (m - j)), paths peeled greedily, longest first; after each its nodes cost nothing but still
 //! connect. Several pools: floor((1 - 1 / max m) * L) + 1 + the sum over pools of ceil(W_p / m_p).
 //! *Why it holds.* Graham 1969; the multi-path bound of He et al. (RTSS 2022, arXiv 2310.15471); paper section
-//! 3.1 states neither. *Time bound:* O(lanes * (nodes + edges)).
+//! 3.5 states neither. *Time bound:* O(lanes * (nodes + edges)).
 
 use super::{Bound, Certificate};
 use crate::capacity::{Capacity, Empty};

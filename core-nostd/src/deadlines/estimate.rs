@@ -7,7 +7,7 @@ use crate::capacity::Empty;
 use crate::graph::Node;
 use crate::time::Duration;
 
-/// Length of the window: the paper's k = 8 (section 3.2, re-assignment).
+/// Length of the window: the paper's k = 8 (section 4.3, re-assignment).
 pub(crate) const WINDOW: usize = 8;
 
 crate::capacity::stored! {

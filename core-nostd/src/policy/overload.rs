@@ -6,7 +6,7 @@
 use crate::time::{Duration, Ppm};
 
 crate::capacity::stored! {
-    /// When the monitor speaks of overload: paper section 3.5, all of them hand-tuned there.
+    /// When the monitor speaks of overload: paper section 4.6, all of them hand-tuned there.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     #[cfg_attr(feature = "defmt", derive(defmt::Format))]
     pub struct Overload {

@@ -83,18 +83,21 @@ crate::capacity::stored! {
     /// assert!(scheduler.certificate(cruise).expect("admitted").fits());
     ///
     /// let mut now = Instant::ZERO;
-    /// scheduler.release(cruise, now)?;                           // 1. something happened
     /// let mut order = Vec::new();
-    /// while let Some(action) = scheduler.poll(now) {             // 2. ask until quiet
-    ///     match action {
-    ///         Action::Dispatch(unit) => {                        // 3. do it
-    ///             order.push(unit.unit.node());
-    ///             now = now.saturating_add(Duration::from_millis(1));
-    ///             scheduler.complete(unit.unit, now)?;           // 4. a lane reports
+    /// scheduler.release(cruise, now)?;                           // 1. something happened: tell it
+    /// loop {
+    ///     let mut running = None;
+    ///     while let Some(action) = scheduler.poll(now) {         // 2. ask
+    ///         match action {                                     // 3. carry it out
+    ///             Action::Dispatch(d) => running = Some(d.unit),
+    ///             Action::Ended(job) => assert!(job.on_time()),
+    ///             _ => {}
     ///         }
-    ///         Action::Ended(job) => assert!(job.on_time()),
-    ///         _ => {}
-    ///     }
+    ///     }                                                      // 4. ask again until `None`
+    ///     let Some(unit) = running else { break };
+    ///     order.push(unit.node());
+    ///     now = now.saturating_add(Duration::from_millis(1));    // 5. sleep until something happens
+    ///     scheduler.complete(unit, now)?;                        // 6. go to 1: the lane reports
     /// }
     /// assert_eq!(order, [camera, control]);
     /// assert_eq!(scheduler.poll_at(), None);                     // nothing to wait for

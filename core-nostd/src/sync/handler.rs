@@ -1,4 +1,4 @@
-//! The handler state cell: the paper's local synchronizer (section 3.3, Fig. 5).
+//! The handler state cell: the paper's local synchronizer (section 4.4, Fig. 6b).
 //!
 //! ```text
 //!            (1)         (2)            (5)

@@ -18,7 +18,7 @@ pub struct Admission {
     /// The test with the least relative margin.
     pub binding: String,
     /// Its margin, negative by what is missing: of the limit for a response time, of lane time per second for a
-    /// utilisation.
+    /// utilisation, of the deadline in a simulation.
     pub margin_ns: i128,
 }
 

@@ -19,7 +19,7 @@ pub(crate) struct BodiesError {
 pub(super) enum Why {
     /// `run` has to execute it.
     NoBody,
-    /// CUDA bodies need a driver and a build with CUDA lanes.
+    /// CUDA bodies need a driver and a version with CUDA lanes.
     Cuda,
     /// Its file could not be used.
     Load(BodyError),
@@ -34,7 +34,7 @@ impl BodiesError {
         Self { place: source.body(task, part), node, why }
     }
 
-    /// Whether the file is in order, and this build cannot run it.
+    /// Whether the file is in order, and this version cannot run it.
     pub(crate) const fn is_of_machine(&self) -> bool {
         matches!(self.why, Why::Cuda)
     }
@@ -49,7 +49,7 @@ impl fmt::Display for BodiesError {
                 " has no body, so it can be planned and simulated but not run; expected a body such as { spin = \"1ms\" }",
             ),
             Why::Cuda => f.write_str(
-                " has a cuda body, and this build has no CUDA lanes; expected a body for the CPU, such as { onnx = \"...\" }",
+                " has a cuda body, and this version has no CUDA lanes; expected a body for the CPU, such as { onnx = \"...\" }",
             ),
             Why::Load(error) => write!(f, ": {}", error.told(shown, shown_path)),
             Why::Shape { reads, written } => write!(
