@@ -93,7 +93,7 @@ impl Missed {
         admission.margin_ns = -i128::from(tardiness_ns.max(1));
         vec![
             format!(
-                "does not fit: every bound holds, but in a simulation at WCET task `{task}` misses {jobs} of {of} \
+                "does not fit: every bound holds, but in a simulation at WCET under redrt task `{task}` misses {jobs} of {of} \
                  deadlines"
             ),
             "other offsets may miss fewer or more; `redrt sim FILE --schedule` shows where".to_owned(),
