@@ -83,9 +83,9 @@ impl<C: Capacity> Version<C> {
         let all_ordinary = new.encoders.is_empty() && new.decoders.is_empty();
         new.is_plain = all_ordinary && config.gate == Gate::Precedence;
         for rank in 0..len {
-            let mut successors = NodeSet::EMPTY;
+            let successors = &mut new.successors[rank];
+            *successors = NodeSet::EMPTY;
             dag.out(usize::from(new.order[rank])).each(|j| successors.insert(usize::from(rank_of[j])));
-            new.successors[rank] = successors;
         }
         for (i, node) in levels.places().enumerate() {
             new.topological[i] = rank_of[node];
