@@ -77,9 +77,12 @@ impl<C: Capacity> Scheduler<C> {
     pub(super) fn waits_longer(&self, slot: usize) -> bool {
         let job = &self.jobs[slot];
         let open = self.version(slot).encoders.without(&job.done).without(&job.running);
-        open.iter().any(|e| match self.output_of(slot, e) {
-            Some(OutputState::Running(lane)) => self.left_on(usize::from(lane)) > self.node(slot, e).cost(),
-            _ => false,
+        let runs = |lane: &usize| self.lanes[*lane].is_busy() && self.lanes[*lane].is_encoder;
+        let longest = (0..usize::from(self.lane_count)).filter(runs).map(|lane| self.left_on(lane)).max();
+        // Costs first: looking for a key takes longer, and encoders of one key seldom differ.
+        open.iter().filter(|e| Some(self.node(slot, *e).cost()) < longest).any(|e| {
+            let cost = self.node(slot, e).cost();
+            matches!(self.output_of(slot, e), Some(OutputState::Running(l)) if self.left_on(usize::from(l)) > cost)
         })
     }
 
