@@ -252,6 +252,8 @@ impl<'a> Host<'a> {
                 _ => {}
             }
         }
+        // Else time would stand still here, and a host that sleeps until then would never sleep.
+        debug_assert!(self.scheduler.poll_at().is_none_or(|next| next > now), "poll leaves nothing due");
         self.note_events();
     }
 

@@ -7,10 +7,18 @@ use red_workload::{Format, parse};
 
 const MS: u64 = 1_000_000;
 
-/// T1's encoder runs from 0 to 5 ms; T2 is released at 1 ms, reads the same frame and has a decoder of 1 ms. The
-/// sheds, as `task at`, in microseconds.
-fn sheds(own_encoder_ms: u64, deadline_ms: u64) -> Vec<String> {
-    let task = |name: &str, deadline_ms: u64, offset_ms: u64, encoder_ms: u64| {
+/// A stage with an encoder and a decoder of 1 ms.
+struct Stage {
+    encoder_ms: u64,
+    deadline_ms: u64,
+    offset_ms: u64,
+}
+
+const FIVE: Stage = Stage { encoder_ms: 5, deadline_ms: 100, offset_ms: 0 };
+
+/// Runs T1 and T2, which read the same frame, on one lane. The sheds, as `task at`, in microseconds.
+fn sheds(t1: &Stage, t2: &Stage) -> Vec<String> {
+    let task = |name: &str, Stage { encoder_ms, deadline_ms, offset_ms }: &Stage| {
         format!(
             r#"
             [[task]]
@@ -26,7 +34,7 @@ fn sheds(own_encoder_ms: u64, deadline_ms: u64) -> Vec<String> {
         )
     };
     let pools = "[[pool]]\nname = 'gpu'\nlanes = 1\n[[sensor]]\nname = 'front'\nperiod = '100ms'\n";
-    let text = format!("{pools}{}{}", task("T1", 100, 0, 5), task("T2", deadline_ms, 1, own_encoder_ms));
+    let text = format!("{pools}{}{}", task("T1", t1), task("T2", t2));
     let workload = parse(text.as_bytes(), Format::Toml, "stages.toml").unwrap_or_else(|e| panic!("{e}"));
     let options = Options {
         policy: Policy::Redrt,
@@ -47,11 +55,19 @@ fn sheds(own_encoder_ms: u64, deadline_ms: u64) -> Vec<String> {
 #[test]
 fn a_job_that_would_be_late_by_its_own_encoder_lives_on_the_running_one() {
     // 20 ms of its own would end after 11 ms; the hit at 5 ms and the decoder end at 7 ms.
-    assert!(sheds(20, 10).is_empty());
+    assert!(sheds(&FIVE, &Stage { encoder_ms: 20, deadline_ms: 10, offset_ms: 1 }).is_empty());
 }
 
 #[test]
 fn a_job_that_would_be_in_time_by_its_own_encoder_is_lost_by_the_running_one() {
     // 1 ms of its own would end by 5 ms; it has to wait for the running one until then.
-    assert_eq!(sheds(1, 4), ["T2 1000"]);
+    assert_eq!(sheds(&FIVE, &Stage { encoder_ms: 1, deadline_ms: 4, offset_ms: 1 }), ["T2 1000"]);
+}
+
+#[test]
+fn a_job_in_flight_is_lost_when_a_longer_encoder_of_its_frame_starts() {
+    // Both are released at 0, T1 has the smaller key, and T2 cannot wait for its 20 ms. By themselves both are in
+    // time until 10 ms and later; but the first tick after the start knows.
+    let t1 = Stage { encoder_ms: 20, deadline_ms: 31, offset_ms: 0 };
+    assert_eq!(sheds(&t1, &Stage { encoder_ms: 1, deadline_ms: 15, offset_ms: 0 }), ["T2 5000"]);
 }

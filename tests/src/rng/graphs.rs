@@ -91,8 +91,11 @@ fn plain(rng: &mut Rng, names: &Names) -> Work {
 fn stage(rng: &mut Rng, names: &Names) -> Work {
     let weights = rng.index(names.encoders.len());
     let mut encoder = names.encoders[weights].clone();
+    // Who shares an encoder may give it another cost, a little or much smaller.
     if rng.chance(15) {
         encoder.wcet_ns += rng.within(1, 500) * 1_000;
+    } else if rng.chance(15) {
+        encoder.wcet_ns /= rng.within(2, 6);
     }
     let decoder = |rng: &mut Rng, index: u64| {
         let mut part = part(rng, names);
