@@ -1,6 +1,8 @@
 //! Exit statuses, and what goes where: answers to standard output, everything else to standard error.
 
 mod process;
+#[path = "process/refused.rs"]
+mod refusal;
 
 use process::{command, ended, file, run};
 use std::process::Stdio;
@@ -32,14 +34,8 @@ period = "11ms"
 node = [{ name = "a", wcet = "6ms" }]
 "#;
 
-/// Refused with 2: nothing on standard output, one message of bounded length that says all of `words`.
 fn refused(arguments: &[&str], words: &[&str]) {
-    let (status, out, err) = run(arguments);
-    assert_eq!((status, &*out), (2, ""), "{arguments:?}: {err}");
-    assert!(err.chars().count() <= 2_000 && !err.contains("panicked"), "{err}");
-    for word in words {
-        assert!(err.contains(word), "{arguments:?}: no `{word}` in: {err}");
-    }
+    refusal::refused(run(arguments), 2, words);
 }
 
 #[test]

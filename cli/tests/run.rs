@@ -2,9 +2,10 @@
 
 #[path = "process/alone.rs"]
 mod alone;
+mod process;
 
 use alone::alone;
-use std::process::{Command, Output};
+use process::{file, run};
 
 /// The job of 80 ms runs until both edits have come, so that the second has to wait for it. The other lane keeps the
 /// time meanwhile.
@@ -30,24 +31,18 @@ task = "t"
 add = [ { name = "c", wcet = "5ms", after = ["a"], body = { spin = "1ms" } } ]
 "#;
 
-fn run(arguments: &[&str]) -> Output {
-    let folder = std::env::temp_dir().join(format!("redrt-run-{}-{}", std::process::id(), arguments.len()));
-    std::fs::create_dir_all(&folder).unwrap();
-    let file = folder.join("w.toml");
-    std::fs::write(&file, FILE).unwrap();
+/// Runs `name`, a file of this content, alone and without a need for rights.
+fn best_effort(name: &str, content: &str, arguments: &[&str]) -> (i32, String, String) {
+    let file = file(name, content.as_bytes());
     let _alone = alone();
-    let mut command = Command::new(env!("CARGO_BIN_EXE_redrt"));
-    let output =
-        command.arg("run").arg(&file).args(["--duration", "600ms", "--best-effort"]).args(arguments).output();
-    std::fs::remove_dir_all(folder).unwrap();
-    output.unwrap()
+    run(&[&["run", file.to_str().unwrap(), "--best-effort"], arguments].concat())
 }
 
 #[test]
 fn a_run_prints_one_object_and_every_job_is_accounted_for() {
-    let output = run(&["--json"]);
-    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
-    let summary: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let (status, out, err) = best_effort("run.toml", FILE, &["--duration", "600ms", "--json"]);
+    assert_eq!(status, 0, "{err}");
+    let summary: serde_json::Value = serde_json::from_str(&out).unwrap();
     let task = &summary["tasks"][0];
     let number = |key: &str| task[key].as_u64().unwrap();
     assert_eq!(number("released"), 15);
@@ -61,12 +56,11 @@ fn a_run_prints_one_object_and_every_job_is_accounted_for() {
 
 #[test]
 fn both_graph_edits_take_effect_though_the_second_has_to_wait() {
-    let trace = std::env::temp_dir().join(format!("redrt-edits-{}.json", std::process::id()));
-    let output = run(&["--policy", "edf", "--trace", trace.to_str().unwrap()]);
-    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
-    let text = std::fs::read(&trace).unwrap();
-    std::fs::remove_file(trace).unwrap();
-    let trace: serde_json::Value = serde_json::from_slice(&text).unwrap();
+    let trace = file("run.trace.json", b"");
+    let arguments = ["--duration", "600ms", "--policy", "edf", "--trace", trace.to_str().unwrap()];
+    let (status, _, err) = best_effort("run-edits.toml", FILE, &arguments);
+    assert_eq!(status, 0, "{err}");
+    let trace: serde_json::Value = serde_json::from_slice(&std::fs::read(&trace).unwrap()).unwrap();
     let ran = |name: &str| trace["traceEvents"].as_array().unwrap().iter().any(|event| event["name"] == name);
     assert!(ran("+b") && ran("+c"), "both graphs were in force");
     assert!(ran("b") && ran("c"), "and jobs had them");
@@ -75,22 +69,16 @@ fn both_graph_edits_take_effect_though_the_second_has_to_wait() {
 #[test]
 fn under_strict_a_miss_is_a_no() {
     let strict = |deadline: &str| {
-        let file = std::env::temp_dir().join(format!("redrt-strict-{}-{deadline}.toml", std::process::id()));
         let text = format!(
             "pool = [{{ name = \"cpu\", lanes = 1 }}]\n[[task]]\nname = \"t\"\nonce = true\ndeadline = \"{deadline}\"\n\
              node = [{{ name = \"a\", wcet = \"1ms\", body = {{ spin = \"1ms\" }} }}]\n"
         );
-        std::fs::write(&file, text).unwrap();
-        let run = |more: &[&str]| {
-            let _alone = alone();
-            let mut command = Command::new(env!("CARGO_BIN_EXE_redrt"));
-            command.arg("run").arg(&file).args(["--duration", "100ms", "--best-effort", "--policy", "edf"]);
-            command.args(more).output().unwrap().status.code()
+        let status = |more: &[&str]| {
+            let arguments = [&["--duration", "100ms", "--policy", "edf"], more].concat();
+            best_effort(&format!("run-strict-{deadline}.toml"), &text, &arguments).0
         };
-        let statuses = (run(&["--strict"]), run(&[]));
-        std::fs::remove_file(file).unwrap();
-        statuses
+        (status(&["--strict"]), status(&[]))
     };
-    assert_eq!(strict("1us"), (Some(1), Some(0)));
-    assert_eq!(strict("20s"), (Some(0), Some(0)));
+    assert_eq!(strict("1us"), (1, 0));
+    assert_eq!(strict("20s"), (0, 0));
 }

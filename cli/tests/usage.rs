@@ -1,20 +1,15 @@
 //! Wrong usage: what was given, escaped and cut, and what was expected.
 
 mod process;
+#[path = "process/refused.rs"]
+mod refusal;
 
 use process::{command, ended, file, run};
 
 const CRUISE: &str = "examples/cruise.toml";
 
-/// Refused with 2 and all of `words`, with nothing on standard output.
 fn refused(arguments: &[&str], words: &[&str]) -> String {
-    let (status, out, err) = run(arguments);
-    assert_eq!((status, &*out), (2, ""), "{arguments:?}: {err}");
-    assert!(!err.contains(|c: char| c != '\n' && c.is_control()), "{err:?}");
-    for word in words {
-        assert!(err.contains(word), "{arguments:?}: no `{word}` in: {err}");
-    }
-    err
+    refusal::refused(run(arguments), 2, words)
 }
 
 #[test]
