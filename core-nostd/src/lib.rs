@@ -48,10 +48,9 @@ pub use analysis::{
 };
 pub use capacity::{Capacity, Caps, Empty, Item, Store, Table};
 pub use config::{Admission, BestCase, Config, Gate, Late, Reassign, Shed};
-pub use deadlines::{DeadlineRule, Estimator, LevelShares, SubDeadlines, shares};
+pub use deadlines::{DeadlineRule, Estimator, LevelShare, SubDeadlines, shares};
 pub use graph::{
-    Dag, Divisibility, EdgeError, Frame, Levels, Node, NodeError, NodeSet, RefineError, Refined, Role,
-    critical_path, heads, refine, tails,
+    Dag, Divisibility, EdgeError, Frame, Levels, Node, NodeError, NodeSet, RefineError, Refined, Role, refine,
 };
 pub use id::{JobId, LaneId, NodeId, PoolId, SensorId, TaskId, UnitId};
 pub use policy::{Floor, Overload, Urgency};
@@ -59,7 +58,7 @@ pub use ready_queue::ReadyQueue;
 pub use scheduler::Scheduler;
 pub use scheduler::action::{Action, Dispatch, Outcome, ShedReason};
 pub use scheduler::complete::CompleteError;
-pub use scheduler::edit::{CommitError, Edit};
+pub use scheduler::edit::CommitError;
 pub use scheduler::event::{Event, EventKind};
 pub use scheduler::pools::{PoolError, SensorError};
 pub use scheduler::release::ReleaseError;

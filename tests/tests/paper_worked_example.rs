@@ -16,12 +16,13 @@ fn the_core_assigns_30_60_and_120() {
     chain.add_edge(nodes[1], nodes[2]).unwrap();
 
     let deadline = Duration::from_millis(120);
-    let due = SubDeadlines::assign(&chain, DeadlineRule::LevelSum, deadline, &[1]);
+    let levels = Levels::of(&chain);
+    let due = SubDeadlines::assign(&levels, DeadlineRule::LevelSum, deadline, &[1]);
     assert_eq!(nodes.map(|node| due.sub_deadline(node)), DUE_MS.map(|ms| ms.cast_signed() * 1_000_000));
 
-    let levels = shares(&chain, &Levels::of(&chain), DeadlineRule::LevelSum, deadline, &[1]);
-    let ends: Vec<i64> = (0..levels.count()).map(|height| levels.end(height)).collect();
-    assert_eq!(ends, DUE_MS.map(|ms| ms.cast_signed() * 1_000_000));
+    let shares = shares(&levels, DeadlineRule::LevelSum, deadline, &[1]);
+    let ends: Vec<u64> = (0..levels.count()).map(|height| shares[height].end).collect();
+    assert_eq!(ends, DUE_MS.map(|ms| ms * 1_000_000));
 }
 
 #[test]

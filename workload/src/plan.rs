@@ -10,8 +10,8 @@ use crate::build::{self, BuildError};
 use crate::model::{Arrival, Task, Workload};
 use admission::{Pools, Versions};
 use red_core::{
-    Capacity, Config, Dag, DeadlineRule, Duration, Empty, LevelShares, Levels, Scheduler, SubDeadlines,
-    critical_path, level_capacity, shares, tails,
+    Capacity, Config, Dag, DeadlineRule, Duration, Empty, LevelShare, Levels, Scheduler, SubDeadlines,
+    level_capacity, shares,
 };
 use serde::Serialize;
 
@@ -122,50 +122,50 @@ fn task_plan<C: Capacity>(
 ) -> TaskPlan {
     let levels = Levels::of(dag);
     let deadline = Duration::from_nanos(task.deadline_ns);
-    let level_sum = shares(dag, &levels, DeadlineRule::LevelSum, deadline, &pools.lanes);
-    let capacity = level_capacity(&level_sum, dag.work(), deadline, versions.base.proof.lanes);
+    let level_sum = shares(&levels, DeadlineRule::LevelSum, deadline, &pools.lanes);
+    let level_sum = level_sum.as_ref().get(..levels.count()).unwrap_or_default();
+    let capacity = level_capacity(level_sum, dag.work(), deadline, versions.base.proof.lanes);
     TaskPlan {
         name: task.name.clone(),
         deadline_ns: task.deadline_ns,
         work_ns: dag.work(),
-        critical_path_ns: critical_path(dag, &levels),
-        levels: level_plans(&level_sum),
-        nodes: node_plans(dag, &levels, &level_sum, deadline, numbered, pools),
+        critical_path_ns: levels.critical_path(),
+        levels: level_plans(level_sum),
+        nodes: node_plans(dag, &levels, level_sum, deadline, numbered, pools),
         certificate: Certificate::of(versions, &capacity),
     }
 }
 
-fn level_plans<C: Capacity>(shares: &LevelShares<C>) -> Vec<LevelPlan> {
-    let level = |height| LevelPlan {
+fn level_plans(shares: &[LevelShare]) -> Vec<LevelPlan> {
+    let level = |(height, level): (usize, &LevelShare)| LevelPlan {
         height,
-        cost_ns: shares.cost(height),
-        share_ns: shares.share(height),
-        graham_ns: shares.graham(height),
+        cost_ns: level.cost,
+        share_ns: level.share,
+        graham_ns: level.graham,
     };
-    (0..shares.count()).map(level).collect()
+    shares.iter().enumerate().map(level).collect()
 }
 
 fn node_plans<C: Capacity>(
     dag: &Dag<C>,
-    levels: &Levels<C>,
-    level_sum: &LevelShares<C>,
+    levels: &Levels<'_, C>,
+    level_sum: &[LevelShare],
     deadline: Duration,
     numbered: &[build::Numbered],
     pools: &Pools,
 ) -> Vec<NodePlan> {
-    let level_graham = shares(dag, levels, DeadlineRule::LevelGraham, deadline, &pools.lanes);
-    let proportional = SubDeadlines::assign(dag, DeadlineRule::PathProportional, deadline, &pools.lanes);
-    let tail = tails(dag, levels);
+    let level_graham = shares(levels, DeadlineRule::LevelGraham, deadline, &pools.lanes);
+    let proportional = SubDeadlines::assign(levels, DeadlineRule::PathProportional, deadline, &pools.lanes);
     let nodes = dag.nodes().zip(numbered).filter_map(|(id, numbered)| {
         let (node, height) = (dag.node(id)?, levels.height(id));
         // The scheduler's own keys saturate; here D - tail is exact for every cost that a file can hold.
-        let latest_finish_ns = i128::from(deadline.as_nanos()) - i128::from(tail[id.index()]);
+        let latest_finish_ns = i128::from(deadline.as_nanos()) - i128::from(levels.tail(id));
         Some(NodePlan {
             name: numbered.name.clone(),
             height,
             cost_ns: node.cost(),
-            level_sum_ns: level_sum.end(height),
-            level_graham_ns: level_graham.end(height),
+            level_sum_ns: level_sum.get(height)?.end.cast_signed(),
+            level_graham_ns: level_graham[height].end.cast_signed(),
             path_proportional_ns: proportional.sub_deadline(id),
             latest_finish_ns,
             latest_start_ns: latest_finish_ns - i128::from(node.cost()),

@@ -1,6 +1,6 @@
 //! What was proved about one task alone, by which bound, with which numbers: enough to check it again.
 
-use crate::time::{Duration, SignedDuration};
+use crate::time::{Duration, Instant, SignedDuration};
 
 /// Which bound a certificate rests on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -50,13 +50,6 @@ impl Certificate {
 
     /// Limit less bound; negative by what is missing.
     pub const fn margin(&self) -> SignedDuration {
-        let (limit, response) = (self.limit.as_nanos(), self.response.as_nanos());
-        SignedDuration::from_nanos(if limit >= response {
-            let d = limit - response;
-            if d > i64::MAX as u64 { i64::MAX } else { d.cast_signed() }
-        } else {
-            let d = response - limit;
-            if d > i64::MAX as u64 { i64::MIN } else { -d.cast_signed() }
-        })
+        Instant::from_nanos(self.limit.as_nanos()).minus(Instant::from_nanos(self.response.as_nanos()))
     }
 }

@@ -5,8 +5,7 @@
 //! level with twelve nodes of 1, D = 4 passes, and the critical path is 5. *Rule.* Sound per level: g_h <=
 //! D^(h), with Graham's g_h = max_h + ceil((S_h - max_h) / m).
 
-use crate::capacity::Capacity;
-use crate::deadlines::LevelShares;
+use crate::deadlines::LevelShare;
 use crate::time::Duration;
 
 /// What the two tests say.
@@ -20,18 +19,14 @@ pub struct LevelCapacity {
     pub first_short: Option<(u8, Duration)>,
 }
 
-/// Applies both tests to `shares` of a graph of `work` nanoseconds on `lanes` lanes.
-pub fn level_capacity<C: Capacity>(
-    shares: &LevelShares<C>,
-    work: u64,
-    deadline: Duration,
-    lanes: u8,
-) -> LevelCapacity {
-    let short = (0..shares.count())
-        .find(|h| shares.graham(*h) > shares.share(*h))
-        .map(|h| (h as u8, Duration::from_nanos(shares.graham(h) - shares.share(h))));
+/// Applies both tests to the shares of a graph's levels, of `work` nanoseconds in all, on `lanes` lanes.
+pub fn level_capacity(levels: &[LevelShare], work: u64, deadline: Duration, lanes: u8) -> LevelCapacity {
+    let short = |(h, level): (usize, &LevelShare)| {
+        let missing = level.graham.checked_sub(level.share).filter(|missing| *missing > 0)?;
+        Some((h as u8, Duration::from_nanos(missing)))
+    };
     LevelCapacity {
         paper: u128::from(work) <= u128::from(lanes) * u128::from(deadline.as_nanos()),
-        first_short: short,
+        first_short: levels.iter().enumerate().find_map(short),
     }
 }

@@ -11,105 +11,81 @@
 use super::DeadlineRule;
 use super::exact::share;
 use crate::capacity::{Capacity, Empty};
-use crate::graph::{Dag, Levels};
-use crate::id::NodeId;
+use crate::graph::Levels;
 use crate::time::Duration;
 
-/// Where each level's share ends, relative to the release.
-#[derive(Clone, Copy, Debug)]
-pub struct LevelShares<C: Capacity> {
-    ends: C::Nodes<u64>,
-    costs: C::Nodes<u64>,
-    graham: C::Nodes<u64>,
-    count: usize,
-}
-
-impl<C: Capacity> LevelShares<C> {
-    /// Number of levels.
-    pub const fn count(&self) -> usize {
-        self.count
-    }
-
-    /// End of level `h`, in nanoseconds after the release.
-    pub fn end(&self, h: usize) -> i64 {
-        self.ends[h].cast_signed()
-    }
-
-    /// Length of level `h`'s share in nanoseconds.
-    pub fn share(&self, h: usize) -> u64 {
-        self.ends[h] - if h == 0 { 0 } else { self.ends[h - 1] }
-    }
-
-    /// Cost of level `h`: S_h in nanoseconds.
-    pub fn cost(&self, h: usize) -> u64 {
-        self.costs[h]
-    }
-
-    /// Graham's bound of level `h`: g_h in nanoseconds.
-    pub fn graham(&self, h: usize) -> u64 {
-        self.graham[h]
+crate::capacity::stored! {
+    /// What one level asks for and what it gets, in nanoseconds.
+    #[derive(Clone, Copy, Debug)]
+    pub struct LevelShare {
+        /// S_h: the cost of its nodes.
+        pub cost: u64,
+        /// g_h: Graham's bound.
+        pub graham: u64,
+        /// Length of its share of the deadline.
+        pub share: u64,
+        /// When its share ends, after the release.
+        pub end: u64,
+        weight: u128,
     }
 }
 
-/// Divides `deadline` among the levels by `rule` (LevelGraham, else LevelSum). Time bound: O(nodes * pools).
+/// Divides `deadline` among the levels by `rule` (LevelGraham, else LevelSum), level by level. `lanes` is by pool.
+/// Time bound: O(nodes * pools).
 pub fn shares<C: Capacity>(
-    dag: &Dag<C>,
-    levels: &Levels<C>,
+    levels: &Levels<'_, C>,
     rule: DeadlineRule,
     deadline: Duration,
     lanes: &[u8],
-) -> LevelShares<C> {
-    let d = deadline.as_nanos();
-    let count = levels.count();
-    let mut weights = <C::Nodes<u128>>::EMPTY;
-    let mut shares =
-        LevelShares::<C> { ends: Empty::EMPTY, costs: Empty::EMPTY, graham: Empty::EMPTY, count };
+) -> C::Nodes<LevelShare> {
+    let (d, count) = (deadline.as_nanos(), levels.count());
+    let mut shares = <C::Nodes<LevelShare>>::EMPTY;
     for i in levels.places() {
-        shares.costs[levels.height(NodeId::new(i as u8))] += dag.at(i).cost();
+        shares[levels.height[i].into()].cost += levels.dag.at(i).cost();
     }
-    graham_bounds(dag, levels, lanes, &mut shares, &mut weights);
-    let bound: u128 = (0..count).map(|h| u128::from(shares.graham[h])).sum();
+    graham_bounds(levels, lanes, &mut shares);
+    let sum = |of: fn(&LevelShare) -> u128, shares: &C::Nodes<LevelShare>| -> u128 {
+        shares.as_ref().iter().take(count).map(of).sum()
+    };
+    let bound = sum(|level| level.graham.into(), &shares);
     let guaranteed = rule == DeadlineRule::LevelGraham && bound <= u128::from(d);
     if rule != DeadlineRule::LevelGraham {
-        (0..count).for_each(|h| weights[h] = u128::from(shares.costs[h]));
+        (0..count).for_each(|h| shares[h].weight = shares[h].cost.into());
     }
-    if (0..count).all(|h| weights[h] == 0) {
-        (0..count).for_each(|h| weights[h] = 1);
+    if sum(|level| level.weight, &shares) == 0 {
+        (0..count).for_each(|h| shares[h].weight = 1);
     }
-    let total: u128 = (0..count).map(|h| weights[h]).sum();
+    let total = sum(|level| level.weight, &shares);
     let spare = if guaranteed { d - bound as u64 } else { d };
-    let (mut prefix, mut base) = (0, 0);
-    for h in 0..count {
-        prefix += weights[h];
-        base += if guaranteed { shares.graham[h] } else { 0 };
-        shares.ends[h] = base + share(spare, prefix, total);
+    let (mut prefix, mut base, mut before) = (0, 0, 0);
+    for level in shares.as_mut().iter_mut().take(count) {
+        prefix += level.weight;
+        base += if guaranteed { level.graham } else { 0 };
+        level.end = base + share(spare, prefix, total);
+        level.share = level.end - before;
+        before = level.end;
     }
     shares
 }
 
 /// g_h and w_h of every level, the maximum over the pools that the graph uses.
-fn graham_bounds<C: Capacity>(
-    dag: &Dag<C>,
-    levels: &Levels<C>,
-    lanes: &[u8],
-    shares: &mut LevelShares<C>,
-    weights: &mut C::Nodes<u128>,
-) {
-    let uses = |pool: usize| levels.places().any(|i| dag.at(i).pool.index() == pool);
-    let several = (0..C::POOLS).filter(|p| uses(*p)).count() > 1;
-    for pool in (0..C::POOLS).filter(|p| uses(*p)) {
+fn graham_bounds<C: Capacity>(levels: &Levels<'_, C>, lanes: &[u8], shares: &mut C::Nodes<LevelShare>) {
+    let in_pool = |pool: usize| levels.places().filter(move |i| levels.dag.at(*i).pool.index() == pool);
+    let used = || (0..C::POOLS).filter(|pool| in_pool(*pool).next().is_some());
+    let several = used().count() > 1;
+    for pool in used() {
         let (mut sum, mut longest) = (<C::Nodes<u64>>::EMPTY, <C::Nodes<u64>>::EMPTY);
-        for i in levels.places().filter(|i| dag.at(*i).pool.index() == pool) {
-            let h = levels.height(NodeId::new(i as u8));
-            sum[h] += dag.at(i).cost();
-            longest[h] = longest[h].max(dag.at(i).cost());
+        for i in in_pool(pool) {
+            let (h, cost) = (levels.height[i].into(), levels.dag.at(i).cost());
+            sum[h] += cost;
+            longest[h] = longest[h].max(cost);
         }
         let m = lanes.get(pool).map_or(1, |m| u64::from((*m).max(1)));
         for h in 0..levels.count() {
-            let bound = longest[h] + (sum[h] - longest[h]).div_ceil(m);
-            let weight = u128::from(m) * u128::from(longest[h]) + u128::from(sum[h] - longest[h]);
-            shares.graham[h] = shares.graham[h].max(bound);
-            weights[h] = if several { u128::from(shares.graham[h]) } else { weight };
+            let (level, rest) = (&mut shares[h], sum[h] - longest[h]);
+            level.graham = level.graham.max(longest[h] + rest.div_ceil(m));
+            let weight = u128::from(m) * u128::from(longest[h]) + u128::from(rest);
+            level.weight = if several { level.graham.into() } else { weight };
         }
     }
 }

@@ -6,11 +6,11 @@ pub(crate) mod level;
 pub(crate) mod path;
 
 use crate::capacity::{Capacity, Empty};
-use crate::graph::{Dag, Levels};
+use crate::graph::Levels;
 use crate::id::NodeId;
 use crate::time::Duration;
 pub use estimate::Estimator;
-pub use level::{LevelShares, shares};
+pub use level::{LevelShare, shares};
 
 /// How a node's sub-deadline follows from the end-to-end deadline D. `c` is WCET plus contention.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -42,12 +42,12 @@ impl DeadlineRule {
 /// below the critical path.
 ///
 /// ```
-/// use red_core::{Caps, Dag, DeadlineRule, Duration, Node, SubDeadlines, Wcet};
+/// use red_core::{Caps, Dag, DeadlineRule, Duration, Levels, Node, SubDeadlines, Wcet};
 /// let mut dag = Dag::<Caps<1, 8, 1>>::new();
 /// let chain = [20, 20, 40].map(|ms| dag.add_node(Node::new(Wcet::from_millis(ms))).unwrap());
 /// dag.add_edge(chain[0], chain[1])?;
 /// dag.add_edge(chain[1], chain[2])?;
-/// let due = SubDeadlines::assign(&dag, DeadlineRule::LevelSum, Duration::from_millis(120), &[1]);
+/// let due = SubDeadlines::assign(&Levels::of(&dag), DeadlineRule::LevelSum, Duration::from_millis(120), &[1]);
 /// assert_eq!(chain.map(|v| due.sub_deadline(v) / 1_000_000), [30, 60, 120]); // the paper's worked example
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -58,36 +58,22 @@ pub struct SubDeadlines<C: Capacity> {
 }
 
 impl<C: Capacity> SubDeadlines<C> {
-    /// Applies `rule`. `lanes` is the number of lanes of each pool, by pool. Time bound: O(nodes + edges +
-    /// nodes * pools).
-    pub fn assign(dag: &Dag<C>, rule: DeadlineRule, deadline: Duration, lanes: &[u8]) -> Self {
-        Self::by_levels(dag, &Levels::of(dag), rule, deadline, lanes)
-    }
-
-    /// `assign` for who has the levels already.
-    pub(crate) fn by_levels(
-        dag: &Dag<C>,
-        levels: &Levels<C>,
-        rule: DeadlineRule,
-        deadline: Duration,
-        lanes: &[u8],
-    ) -> Self {
+    /// Applies `rule`. `lanes` is the number of lanes of each pool. Time bound: O(nodes + edges + nodes * pools).
+    pub fn assign(levels: &Levels<'_, C>, rule: DeadlineRule, deadline: Duration, lanes: &[u8]) -> Self {
         let d = deadline.as_nanos();
         let mut new = Self { due: Empty::EMPTY, key: Empty::EMPTY };
         let due = &mut new.due;
         match rule {
             DeadlineRule::EndToEnd => levels.places().for_each(|i| due[i] = d.cast_signed()),
             DeadlineRule::LevelSum | DeadlineRule::LevelGraham => {
-                let shares = shares(dag, levels, rule, deadline, lanes);
-                levels.places().for_each(|i| due[i] = shares.end(levels.height(NodeId::new(i as u8))));
+                let shares = shares(levels, rule, deadline, lanes);
+                levels.places().for_each(|i| due[i] = shares[levels.height[i].into()].end.cast_signed());
             }
-            DeadlineRule::PathProportional => path::proportional(dag, levels, d, due),
-            DeadlineRule::LatestFinish | DeadlineRule::LatestStart => {
-                path::latest_finish(dag, levels, d, due);
-            }
+            DeadlineRule::PathProportional => path::proportional(levels, d, due),
+            DeadlineRule::LatestFinish | DeadlineRule::LatestStart => path::latest_finish(levels, d, due),
         }
-        let early = |i: usize| if rule == DeadlineRule::LatestStart { dag.at(i).cost() } else { 0 };
-        levels.places().for_each(|i| new.key[i] = path::before(new.due[i], early(i)));
+        let early = |i: usize| if rule == DeadlineRule::LatestStart { levels.dag.at(i).cost() } else { 0 };
+        levels.places().for_each(|i| new.key[i] = new.due[i].saturating_sub_unsigned(early(i)));
         new
     }
 

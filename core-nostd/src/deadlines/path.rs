@@ -8,23 +8,17 @@
 
 use super::exact::share;
 use crate::capacity::Capacity;
-use crate::graph::{Dag, Levels, heads, tails};
+use crate::graph::Levels;
 
-/// `at - span`, for spans beyond the signed range too.
-pub(crate) const fn before(at: i64, span: u64) -> i64 {
-    at.saturating_sub_unsigned(span)
+pub(super) fn latest_finish<C: Capacity>(levels: &Levels<'_, C>, d: u64, due: &mut C::Nodes<i64>) {
+    levels.places().for_each(|i| due[i] = d.cast_signed().saturating_sub_unsigned(levels.tail_at(i)));
 }
 
-pub(super) fn latest_finish<C: Capacity>(dag: &Dag<C>, levels: &Levels<C>, d: u64, due: &mut C::Nodes<i64>) {
-    let tail = |i: usize| levels.paths()[i] - dag.at(i).cost();
-    levels.places().for_each(|i| due[i] = before(d.cast_signed(), tail(i)));
-}
-
-pub(super) fn proportional<C: Capacity>(dag: &Dag<C>, levels: &Levels<C>, d: u64, due: &mut C::Nodes<i64>) {
-    let (head, tail) = (heads(dag, levels), tails(dag, levels));
+pub(super) fn proportional<C: Capacity>(levels: &Levels<'_, C>, d: u64, due: &mut C::Nodes<i64>) {
+    let heads = levels.heads();
     for i in levels.places() {
-        let path = u128::from(head[i]) + u128::from(tail[i]);
-        let is_last = dag.out(i).is_empty() || path == 0;
-        due[i] = if is_last { d } else { share(d, u128::from(head[i]), path) }.cast_signed();
+        let (head, tail) = (u128::from(heads[i]), u128::from(levels.tail_at(i)));
+        let is_last = levels.dag.out(i).is_empty() || head + tail == 0;
+        due[i] = if is_last { d } else { share(d, head, head + tail) }.cast_signed();
     }
 }

@@ -2,7 +2,7 @@
 
 use super::{Node, NodeSet};
 use crate::capacity::{Capacity, Empty};
-use crate::id::NodeId;
+use crate::id::{NodeId, TaskId};
 
 crate::capacity::stored! {
     /// A graph under construction, and the graph of a task.
@@ -23,9 +23,13 @@ crate::capacity::stored! {
         /// Number of predecessors.
         indegree: C::Nodes<u8>,
         present: NodeSet<C>,
-        /// One more than the highest place ever used: new nodes come after all others, so that the tie rule
-        /// "by node index" means "by age".
-        end: u16,
+        /// Places that an older version of the task's graph still uses, and one more than the highest place ever
+        /// used: new nodes come after all others, so that the tie rule "by node index" means "by age".
+        pub(crate) taken: NodeSet<C>,
+        pub(crate) end: u16,
+        /// The task whose graph it was, and after which of its commits; 0 where `edit` did not make it.
+        pub(crate) task: TaskId,
+        pub(crate) revision: u32,
         work: u64,
     }
 }
@@ -63,18 +67,12 @@ impl<C: Capacity> Dag<C> {
     /// # Errors
     /// [`NodeError::Full`], [`NodeError::WorkOverflow`].
     pub fn add_node(&mut self, node: Node) -> Result<NodeId, NodeError> {
-        self.add_node_avoiding(node, &NodeSet::EMPTY)
-    }
-
-    /// Adds a node in a place that is not in `taken` (places that an older version of the graph still uses).
-    pub(crate) fn add_node_avoiding(&mut self, node: Node, taken: &NodeSet<C>) -> Result<NodeId, NodeError> {
-        let end = self.end as usize;
-        let free = (end..C::NODES).chain(0..end.min(C::NODES));
-        let place = free.into_iter().find(|i| !self.present.contains(*i) && !taken.contains(*i));
+        let end = usize::from(self.end);
+        let mut places = (end..C::NODES).chain(0..end.min(C::NODES));
+        let place = places.find(|i| !self.present.contains(*i) && !self.taken.contains(*i));
         let place = place.ok_or(NodeError::Full)?;
         let cost = node.wcet.as_nanos().checked_add(node.contention.as_nanos());
-        let work = cost.and_then(|c| self.work.checked_add(c)).ok_or(NodeError::WorkOverflow)?;
-        self.work = work;
+        self.work = cost.and_then(|c| self.work.checked_add(c)).ok_or(NodeError::WorkOverflow)?;
         self.nodes[place] = node;
         self.successors[place] = NodeSet::EMPTY;
         self.present.insert(place);
@@ -103,8 +101,7 @@ impl<C: Capacity> Dag<C> {
 
     /// Removes an edge; `false` if there was none.
     pub fn remove_edge(&mut self, from: NodeId, to: NodeId) -> bool {
-        let there =
-            self.contains(from) && self.contains(to) && self.successors[from.index()].contains(to.index());
+        let there = self.contains(to) && self.successors(from).contains(to.index());
         if there {
             self.successors[from.index()].remove(to.index());
             self.indegree[to.index()] -= 1;
@@ -118,9 +115,7 @@ impl<C: Capacity> Dag<C> {
         if there {
             self.present.remove(node.index());
             self.work -= self.nodes[node.index()].cost();
-            for i in self.present.iter() {
-                self.successors[i].remove(node.index());
-            }
+            self.present.each(|i| self.successors[i].remove(node.index()));
             self.indegree[node.index()] = 0;
             let row = core::mem::replace(&mut self.successors[node.index()], NodeSet::EMPTY);
             row.each(|j| self.indegree[j] -= 1);
@@ -201,16 +196,6 @@ impl<C: Capacity> Dag<C> {
             });
         }
         dag
-    }
-
-    /// With new nodes from `end` on, where an older version had nodes up to there.
-    pub(crate) fn with_end(self, end: u16) -> Self {
-        Self { end: self.end.max(end), ..self }
-    }
-
-    /// One more than the highest place ever used.
-    pub(crate) const fn end(&self) -> u16 {
-        self.end
     }
 
     fn reaches(&self, from: NodeId, to: NodeId) -> bool {

@@ -5,11 +5,9 @@ pub(crate) mod levels;
 pub(crate) mod node;
 pub(crate) mod node_set;
 pub(crate) mod refine;
-pub(crate) mod tails;
 
 pub use dag::{Dag, EdgeError, NodeError};
 pub use levels::Levels;
 pub use node::{Divisibility, Frame, Node, Role};
 pub use node_set::NodeSet;
 pub use refine::{RefineError, Refined, refine};
-pub use tails::{critical_path, heads, tails};

@@ -108,6 +108,14 @@ impl<C: Capacity> NodeSet<C> {
         }
     }
 
+    /// The largest of the elements' values; 0 for the empty set.
+    #[inline(always)]
+    pub(crate) fn largest(&self, of: &C::Nodes<u64>) -> u64 {
+        let mut largest = 0;
+        self.each(|i| largest = largest.max(of[i]));
+        largest
+    }
+
     /// The elements, smallest first.
     pub fn iter(&self) -> impl Iterator<Item = usize> + use<C> {
         let words = self.0;

@@ -1,60 +1,52 @@
 //! What a graph must satisfy to be admitted, and what can be proved about it.
 
 use super::Scheduler;
-use super::tasks::AddTaskError;
-use crate::analysis::Certificate;
-use crate::analysis::response_time::bound_by_levels;
+use super::tasks::{AddTaskError, Timing};
+use crate::analysis::{Certificate, response_time};
 use crate::capacity::{Capacity, Empty};
-use crate::graph::{Dag, Levels, Node, Role};
-use crate::time::{Bytes, Duration};
+use crate::config::Admission;
+use crate::graph::{Levels, Role};
+use crate::time::Bytes;
 
 impl<C: Capacity> Scheduler<C> {
-    pub(super) fn prove(
-        &self,
-        dag: &Dag<C>,
-        levels: &Levels<C>,
-        deadline: Duration,
-        period: Option<Duration>,
-    ) -> Certificate {
+    /// Refuses a graph that could never run here, and one that does not fit where that is enforced.
+    pub(super) fn admit(&self, levels: &Levels<'_, C>, timing: &Timing) -> Result<Certificate, AddTaskError> {
+        let dag = levels.dag;
+        if dag.is_empty() {
+            return Err(AddTaskError::Empty);
+        }
+        for place in levels.places() {
+            let node = dag.at(place);
+            if node.pool.index() >= usize::from(self.pool_count) {
+                return Err(AddTaskError::UnknownPool);
+            }
+            let mut needed = node.memory.0;
+            if matches!(node.role, Role::SharedEncoder(_)) {
+                let readers = dag.out(place).iter().map(|reader| dag.at(reader));
+                let beside = readers.filter(|reader| reader.role == Role::Decoder && reader.pool == node.pool);
+                needed = needed.saturating_add(beside.map(|reader| reader.memory.0).max().unwrap_or(0));
+            }
+            if needed > self.pools[node.pool.index()].budget {
+                return Err(AddTaskError::Memory);
+            }
+        }
+        let proof = self.prove(levels, timing);
+        let refused = self.config.admission == Admission::Enforce && !proof.fits();
+        if refused { Err(AddTaskError::Unschedulable) } else { Ok(proof) }
+    }
+
+    pub(super) fn prove(&self, levels: &Levels<'_, C>, timing: &Timing) -> Certificate {
         let mut budgets = <C::Pools<Option<Bytes>>>::EMPTY;
         for p in 0..usize::from(self.pool_count) {
             budgets[p] = self.pools[p].limited.then_some(Bytes(self.pools[p].budget));
         }
-        let limit = period.map_or(deadline, |t| t.min(deadline));
-        bound_by_levels(dag, levels, limit, &self.lanes_by_pool(), budgets.as_ref())
+        let limit = timing.period.map_or(timing.deadline, |t| t.min(timing.deadline));
+        response_time(levels, limit, self.lanes_by_pool().as_ref(), budgets.as_ref())
     }
 
-    pub(super) fn lanes_by_pool(&self) -> [u8; 32] {
-        let mut lanes = [1; 32];
-        for (p, m) in lanes.iter_mut().enumerate().take(usize::from(self.pool_count)) {
-            *m = self.pools[p].lanes.count_ones() as u8;
-        }
+    pub(super) fn lanes_by_pool(&self) -> C::Pools<u8> {
+        let mut lanes = <C::Pools<u8>>::EMPTY;
+        (0..C::POOLS).for_each(|p| lanes[p] = self.pools[p].lanes.count_ones() as u8);
         lanes
-    }
-
-    pub(super) fn check_graph(&self, dag: &Dag<C>) -> Result<(), AddTaskError> {
-        if dag.is_empty() {
-            return Err(AddTaskError::Empty);
-        }
-        let budget = |node: &Node| self.pools[node.pool.index()].budget;
-        for id in dag.nodes() {
-            let node = dag.at(id.index());
-            if node.pool.index() >= usize::from(self.pool_count) {
-                return Err(AddTaskError::UnknownPool);
-            }
-            let mut with_decoder = node.memory.0;
-            if matches!(node.role, Role::SharedEncoder(_)) {
-                dag.out(id.index()).each(|d| {
-                    let decoder = dag.at(d);
-                    if decoder.role == Role::Decoder && decoder.pool == node.pool {
-                        with_decoder = with_decoder.max(node.memory.0.saturating_add(decoder.memory.0));
-                    }
-                });
-            }
-            if with_decoder > budget(node) {
-                return Err(AddTaskError::Memory);
-            }
-        }
-        Ok(())
     }
 }

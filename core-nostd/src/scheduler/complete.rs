@@ -167,7 +167,7 @@ impl<C: Capacity> Scheduler<C> {
         let task = &mut self.tasks[self.jobs[slot].task.index()];
         task.estimates[node.index()].push(executed);
         let overran = executed > task.nodes[node.index()].wcet.get();
-        if overran | (self.monitor.behind != 0) {
+        if overran | self.monitor.behind {
             self.look_closer(slot, node, lane, overran);
         }
     }

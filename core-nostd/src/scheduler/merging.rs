@@ -64,7 +64,7 @@ impl<C: Capacity> Scheduler<C> {
                     self.requeue(other);
                 }
             }
-            if self.config.shed == Shed::Hopeless && self.slots().any(|s| self.waits_longer(s)) {
+            if self.config.shed == Shed::Hopeless {
                 self.look_soon();
             }
         }

@@ -19,16 +19,12 @@ const NEXT: Duration = Duration::from_nanos(1);
 crate::capacity::stored! {
     #[derive(Clone, Copy, Debug)]
     pub(super) struct Monitor {
-        /// Next tick that can matter.
-        tick_at: Instant,
-        /// When the host has to poll even if nothing happens.
-        pub(super) wake: Instant,
         /// Last tick that was looked at, plus one nanosecond; 0 before the first.
         looked_at: u64,
         /// Consecutive ticks with overload.
         pub(super) over: u8,
-        /// Jobs whose worst case ends after their deadline.
-        pub(super) behind: u8,
+        /// Whether the worst case of a job may end after its deadline.
+        pub(super) behind: bool,
     }
 }
 
@@ -40,37 +36,19 @@ impl<C: Capacity> Scheduler<C> {
             self.counters.clock_steps_back += 1;
             return self.now;
         }
-        let tick = self.tick();
-        let start = Instant::from_nanos(now.as_nanos() / tick.as_nanos() * tick.as_nanos());
-        let before = Instant::from_nanos(start.as_nanos().saturating_sub(tick.as_nanos()));
+        let tick = self.tick().as_nanos();
+        let start = now.as_nanos() / tick * tick;
+        let before = Instant::from_nanos(start.saturating_sub(tick));
         // Nothing happened since the last event, so the lanes tell how busy they were up to any instant since.
         for pool in 0..usize::from(self.pool_count) {
-            let base =
-                if before == self.window { self.pools[pool].mark } else { self.busy_until(pool, before) };
-            let mark = self.busy_until(pool, start);
+            let base = if before == self.window { self.pools[pool].mark } else { self.busy_until(pool, before) };
+            let mark = self.busy_until(pool, Instant::from_nanos(start));
             self.pools[pool].mark = mark;
             self.pools[pool].tick_busy = mark.saturating_sub(base);
         }
-        let follows = before == self.window;
-        self.window = start;
+        self.window = Instant::from_nanos(start);
         self.now = now;
-        if self.config.shed == Shed::LowestUrgency && self.in_flight == 0 && now > start {
-            self.pass_idle_tick(follows);
-        }
         now
-    }
-
-    /// A tick passed that nobody asked for, because no job was in flight: nothing was queued, but lanes may have
-    /// been busy up to it.
-    fn pass_idle_tick(&mut self, follows: bool) {
-        let overload = self.config.overload;
-        let busy = (0..usize::from(self.pool_count)).any(|pool| {
-            let p = &self.pools[pool];
-            overload.exceeded(0, Duration::from_nanos(p.tick_busy), self.tick(), p.lanes.count_ones() as u8)
-        });
-        let over = self.monitor.over + 1;
-        self.monitor.over = if follows && busy && over < overload.ticks { over } else { 0 };
-        self.monitor.looked_at = self.window.as_nanos() + 1;
     }
 
     /// Lane time of a pool used up to `instant`, which is not before the last event.
@@ -81,7 +59,7 @@ impl<C: Capacity> Scheduler<C> {
     }
 
     fn tick(&self) -> Duration {
-        self.config.overload.tick.max(Duration::from_nanos(1))
+        self.config.overload.tick.max(NEXT)
     }
 
     /// The first tick that was not looked at: this one if it begins now.
@@ -90,46 +68,74 @@ impl<C: Capacity> Scheduler<C> {
         if fresh { self.window } else { self.window.saturating_add(self.tick()) }
     }
 
-    /// A job was released: ticks and its own outlook may matter earlier.
+    /// The first tick that can matter. The paper's rule needs every tick while there is a job, and that after
+    /// which no lane had been busy; ours those at which a job may be behind.
+    fn tick_at(&self) -> Option<Instant> {
+        let busy = || {
+            let used = |pool: usize| self.busy_until(pool, self.now) != self.pools[pool].mark;
+            self.in_flight != 0 || self.running_units() > 0 || (0..usize::from(self.pool_count)).any(used)
+        };
+        match self.config.shed {
+            Shed::Never => None,
+            Shed::LowestUrgency => busy().then(|| self.next_tick()),
+            Shed::Hopeless if self.in_flight != 0 && self.monitor.behind => Some(self.next_tick()),
+            Shed::Hopeless => {
+                let tick = self.tick().as_nanos();
+                let safe = self.slots().map(|slot| self.jobs[slot].safe_until.as_nanos()).min()?;
+                Some(Instant::from_nanos((safe / tick + 1).saturating_mul(tick)).max(self.next_tick()))
+            }
+        }
+    }
+
+    /// When `poll` has something to decide even if nothing happens. May change after every other call. Time
+    /// bound: O(jobs + lanes).
+    #[must_use]
+    pub fn poll_at(&self) -> Option<Instant> {
+        let late = self.slots().map(|slot| self.late_at(slot)).min();
+        self.tick_at().into_iter().chain(late).min().filter(|at| *at < Instant::MAX)
+    }
+
+    /// A job was released: `poll` may have to look earlier.
     pub(super) fn watch(&mut self, slot: usize) {
         if self.in_flight.count_ones() == 1 {
-            self.monitor.tick_at = Instant::MAX;
-            self.monitor.wake = Instant::MAX;
+            self.monitor.behind = false;
             self.alarm = Instant::MAX;
         }
-        let tick = match self.config.shed {
-            Shed::Never => Instant::MAX,
-            Shed::LowestUrgency => self.next_tick(),
-            Shed::Hopeless if self.jobs[slot].behind => self.next_tick(),
-            Shed::Hopeless => self.tick_after(self.jobs[slot].safe_until),
-        };
-        self.monitor.tick_at = self.monitor.tick_at.min(tick);
-        self.monitor.wake = self.monitor.wake.min(self.monitor.tick_at).min(self.late_at(slot));
-        self.alarm = self.alarm.min(self.monitor.wake).min(self.look_at(slot));
+        self.monitor.behind |= self.jobs[slot].behind;
+        self.alarm = self.alarm.min(self.look_at(slot)).min(self.tick_to_keep());
     }
 
     /// A unit that started makes jobs longer: the next event looks at them, or the next tick if that is earlier.
     pub(super) fn look_soon(&mut self) {
-        // A tick of this instant came before what started.
-        self.monitor.tick_at = self.monitor.tick_at.min(self.window.saturating_add(self.tick()));
-        self.monitor.wake = self.monitor.wake.min(self.monitor.tick_at);
+        let longer = self.slots().filter(|slot| self.waits_longer(*slot)).fold(0, |set, slot| set | 1 << slot);
+        if longer == 0 {
+            return;
+        }
+        bits(longer).for_each(|slot| self.jobs[slot].behind = true);
+        self.monitor.behind = true;
+        if self.next_tick() == self.now {
+            // A tick of this instant came before what started.
+            self.monitor.looked_at = self.now.as_nanos() + 1;
+            self.monitor.over = 0;
+        }
         self.alarm = self.alarm.min(self.now.saturating_add(NEXT));
     }
 
-    /// The first tick after `instant` that was not looked at.
-    fn tick_after(&self, instant: Instant) -> Instant {
-        let tick = self.tick().as_nanos();
-        let next = (instant.as_nanos() / tick + 1).saturating_mul(tick);
-        Instant::from_nanos(next).max(self.next_tick())
-    }
-
-    /// From when on an event must look at a job. No event is made for it: while one of its nodes runs, the
-    /// instant moves along with the clock.
-    fn look_at(&self, slot: usize) -> Instant {
+    /// The tick that `poll` must not miss.
+    fn tick_to_keep(&self) -> Instant {
         match self.config.shed {
-            Shed::Hopeless => self.jobs[slot].safe_until.saturating_add(NEXT),
+            Shed::LowestUrgency => self.next_tick(),
+            Shed::Hopeless if self.monitor.behind => self.next_tick(),
             _ => Instant::MAX,
         }
+    }
+
+    /// From when on an event must look at a job. Where it may be hopeless no event is made for it: while one of
+    /// its nodes runs, the instant moves along with the clock.
+    fn look_at(&self, slot: usize) -> Instant {
+        let is_watched = self.config.shed == Shed::Hopeless;
+        let doubt = if is_watched { self.jobs[slot].safe_until.saturating_add(NEXT) } else { Instant::MAX };
+        doubt.min(self.late_at(slot))
     }
 
     /// When a job is given up for being late.
@@ -143,86 +149,62 @@ impl<C: Capacity> Scheduler<C> {
     /// Tick, sheds, and when to look again.
     pub(super) fn monitor_and_shed(&mut self) {
         let doomed = if self.config.shed == Shed::Hopeless { self.look_ahead() } else { 0 };
-        let fires = self.now >= self.monitor.tick_at && self.tick_fires();
-        for slot in bits(doomed) {
-            self.end_job(slot, Some(ShedReason::Hopeless));
-        }
-        if self.config.late == Late::AbortJob {
-            let late = self.slots().filter(|s| self.now > self.jobs[*s].deadline).fold(0, |m, s| m | 1 << s);
-            for slot in bits(late) {
+        let fires = self.tick_fires();
+        bits(doomed).for_each(|slot| self.end_job(slot, Some(ShedReason::Hopeless)));
+        for slot in self.slots() {
+            if self.config.late == Late::AbortJob && self.now > self.jobs[slot].deadline {
                 self.end_job(slot, Some(ShedReason::Late));
             }
         }
         if fires {
             self.shed_overload();
         }
-        self.monitor.behind = self.slots().filter(|s| self.jobs[*s].behind).count() as u8;
-        self.monitor.tick_at = match self.config.shed {
-            Shed::Never => Instant::MAX,
-            Shed::LowestUrgency => self.next_tick(),
-            Shed::Hopeless if self.monitor.behind > 0 => self.next_tick(),
-            Shed::Hopeless => {
-                let first = self.slots().map(|s| self.jobs[s].safe_until).min();
-                first.map_or(Instant::MAX, |safe| self.tick_after(safe))
-            }
-        };
-        let late = self.slots().map(|slot| self.late_at(slot)).min();
+        self.monitor.behind = self.slots().any(|slot| self.jobs[slot].behind);
         let look = self.slots().map(|slot| self.look_at(slot)).min();
-        self.monitor.wake = self.monitor.tick_at.min(late.unwrap_or(Instant::MAX));
-        self.alarm = self.monitor.wake.min(look.unwrap_or(Instant::MAX));
+        self.alarm = self.tick_to_keep().min(look.unwrap_or(Instant::MAX));
     }
 
     /// Brings the outlook of every job that needs it up to date; returns those that are lost for certain.
     fn look_ahead(&mut self) -> u64 {
         let mut doomed = 0;
         for slot in self.slots() {
-            let deadline = self.jobs[slot].deadline;
-            let outlook = |path: u64| {
-                let left = deadline.as_nanos().checked_sub(path);
-                left.map(Instant::from_nanos).filter(|latest| self.now <= *latest)
-            };
             // A best case may have grown since (a short sample left the window): look at those again, always.
             let waits = self.waits_longer(slot);
-            if self.now <= self.jobs[slot].safe_until && !self.jobs[slot].behind && !waits {
+            let job = &self.jobs[slot];
+            if self.now <= job.safe_until && !job.behind && !waits {
                 continue;
             }
-            let worst = outlook(self.remaining_path(slot, Case::Worst));
-            let best = if worst.is_some() && !waits {
-                worst
-            } else {
-                outlook(self.remaining_path(slot, Case::Best))
+            let outlook = |case| {
+                let left = job.deadline.as_nanos().checked_sub(self.remaining_path(slot, case));
+                left.map(Instant::from_nanos).filter(|latest| self.now <= *latest)
             };
+            let worst = outlook(Case::Worst);
+            let best = if worst.is_some() && !waits { worst } else { outlook(Case::Best) };
             doomed |= u64::from(best.is_none()) << slot;
-            self.jobs[slot].safe_until = worst.or(best).unwrap_or(self.now);
-            self.jobs[slot].behind = worst.is_none();
+            let safe_until = worst.or(best).unwrap_or(self.now);
+            let job = &mut self.jobs[slot];
+            job.safe_until = safe_until;
+            job.behind = worst.is_none();
         }
         doomed
     }
 
-    /// Looks at a tick; whether shedding is due.
+    /// Looks at the tick that begins now, once; whether shedding is due. A tick that nobody looked at in time was
+    /// not seen, so nothing goes on over it.
     fn tick_fires(&mut self) -> bool {
-        let asked = self.monitor.tick_at;
-        self.monitor.tick_at = Instant::MAX;
-        self.age_keys();
-        if asked != self.window {
-            // A tick that nobody looked at in time: nothing was seen, so nothing goes on.
-            self.monitor.over = 0;
+        let (overload, tick) = (self.config.overload, self.tick());
+        let follows = self.monitor.looked_at == (self.window.as_nanos() + 1).wrapping_sub(tick.as_nanos());
+        if self.next_tick() != self.now {
             return false;
         }
-        let tick = self.tick();
-        let follows = self.monitor.looked_at == (self.window.as_nanos() + 1).wrapping_sub(tick.as_nanos());
         self.monitor.looked_at = self.window.as_nanos() + 1;
-        let overload = self.config.overload;
+        self.age_keys();
         let exceeded = (0..usize::from(self.pool_count)).any(|pool| {
-            let p = &self.pools[pool];
-            overload.exceeded(
-                self.queued_in(pool),
-                Duration::from_nanos(p.tick_busy),
-                tick,
-                p.lanes.count_ones() as u8,
-            )
+            let (p, queued) = (&self.pools[pool], self.queued_in(pool));
+            let busy = Duration::from_nanos(p.tick_busy);
+            overload.exceeded(queued, busy, tick, p.lanes.count_ones() as u8)
         });
-        let late = self.config.shed != Shed::Hopeless || self.slots().any(|s| self.jobs[s].behind);
+        let late = self.config.shed != Shed::Hopeless || self.slots().any(|slot| self.jobs[slot].behind);
         let before = if follows { self.monitor.over } else { 0 };
         self.monitor.over = if exceeded && late { before.saturating_add(1) } else { 0 };
         self.monitor.over >= overload.ticks

@@ -49,7 +49,7 @@ impl<C: Capacity> Scheduler<C> {
     ) -> Result<JobId, ReleaseError> {
         self.advance(now);
         let t = self.task_slot(task).ok_or(ReleaseError::UnknownTask)?;
-        let due = release.checked_add(self.tasks[t].deadline).filter(|d| d.as_nanos() <= i64::MAX as u64);
+        let due = release.checked_add(self.tasks[t].timing.deadline).filter(|d| d.as_nanos() <= i64::MAX as u64);
         let deadline = due.ok_or(ReleaseError::Overflow)?;
         let index = self.tasks[t].next_job;
         self.tasks[t].next_job += 1;

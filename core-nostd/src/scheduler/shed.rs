@@ -24,7 +24,7 @@ impl<C: Capacity> Scheduler<C> {
             let droppable = |slot: &usize| !self.jobs[*slot].started && self.may_drop(*slot);
             let order = |slot: &usize| {
                 let job = &self.jobs[*slot];
-                let value = self.tasks[job.task.index()].value;
+                let value = self.tasks[job.task.index()].timing.value;
                 (
                     value,
                     Reverse(self.remaining_work(*slot)),
@@ -69,12 +69,12 @@ impl<C: Capacity> Scheduler<C> {
     /// Whether a job may be given up by choice.
     fn may_drop(&self, slot: usize) -> bool {
         let job = &self.jobs[slot];
-        self.tasks[job.task.index()].floor.permits(job.index)
+        self.tasks[job.task.index()].timing.floor.permits(job.index)
     }
 
     fn drop_by_choice(&mut self, slot: usize, reason: ShedReason) {
         let (task, index) = (self.jobs[slot].task.index(), self.jobs[slot].index);
-        self.tasks[task].floor.dropped(index);
+        self.tasks[task].timing.floor.dropped(index);
         self.end_job(slot, Some(reason));
     }
 

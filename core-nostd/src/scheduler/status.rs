@@ -3,8 +3,7 @@
 use super::Scheduler;
 use super::event::Event;
 use crate::capacity::Capacity;
-use crate::config::{Config, Shed};
-use crate::time::Instant;
+use crate::config::Config;
 
 crate::capacity::stored! {
     /// What happened so far, in numbers.
@@ -56,15 +55,6 @@ impl<C: Capacity> Scheduler<C> {
     /// Whether a pool has both a free lane and a sub-job that could start on it.
     pub fn can_dispatch(&self) -> bool {
         (0..usize::from(self.pool_count)).any(|pool| self.pools[pool].free != 0 && self.has_fitting(pool))
-    }
-
-    /// When `poll` has something to decide even if nothing happens. May change after every other call.
-    #[must_use]
-    pub fn poll_at(&self) -> Option<Instant> {
-        // Units of jobs that were given up keep lanes busy, which is what RED's overload is made of.
-        let unwanted = || self.config.shed == Shed::LowestUrgency && self.running_units() > 0;
-        let watches = self.in_flight != 0 || unwanted();
-        (watches && self.monitor.wake < Instant::MAX).then_some(self.monitor.wake)
     }
 
     /// Takes the oldest event of the record.

@@ -4,31 +4,33 @@ use super::Scheduler;
 use super::action::ShedReason;
 use super::jobs::Job;
 use super::version::Version;
-use crate::analysis::{Certificate, Demand};
+use crate::analysis::Certificate;
 use crate::capacity::{Capacity, Empty};
-use crate::config::Admission;
+use crate::config::Config;
 use crate::deadlines::Estimator;
 use crate::graph::{Dag, Levels, Node, NodeSet};
-use crate::id::{NodeId, PoolId, TaskId};
+use crate::id::{NodeId, TaskId};
 use crate::policy::Floor;
-use crate::time::Duration;
+use crate::time::{Duration, Instant};
 
 /// Longest deadline: 2^62 ns, so that every key fits 64 signed bits.
-const LONGEST_DEADLINE: u64 = 1 << 62;
+const LONGEST_DEADLINE: Duration = Duration::from_nanos(1 << 62);
 
-/// When a task's jobs come and are due, and what they are worth.
-///
-/// ```
-/// use red_core::{Duration, Timing};
-/// let timing = Timing::new(Duration::from_millis(120)).every(Duration::from_millis(100)).value(10).floor(3, 4);
-/// # let _ = timing;
-/// ```
-#[derive(Clone, Copy, Debug)]
-pub struct Timing {
-    deadline: Duration,
-    period: Option<Duration>,
-    value: u32,
-    floor: Floor,
+crate::capacity::stored! {
+    /// When a task's jobs come and are due, and what they are worth.
+    ///
+    /// ```
+    /// use red_core::{Duration, Timing};
+    /// let timing = Timing::new(Duration::from_millis(120)).every(Duration::from_millis(100)).value(10).floor(3, 4);
+    /// # let _ = timing;
+    /// ```
+    #[derive(Clone, Copy, Debug)]
+    pub struct Timing {
+        pub(super) deadline: Duration,
+        pub(super) period: Option<Duration>,
+        pub(super) value: u32,
+        pub(super) floor: Floor,
+    }
 }
 
 impl Timing {
@@ -81,15 +83,12 @@ crate::capacity::stored! {
         /// The version that new jobs get.
         pub(super) current: u8,
         pub(super) generation: u16,
-        pub(super) value: u32,
-        pub(super) deadline: Duration,
-        pub(super) period: Option<Duration>,
+        /// Counts commits, so that an edit knows whether another came between; 1 from the start.
+        pub(super) revision: u32,
         pub(super) next_job: u64,
+        pub(super) timing: Timing,
         /// One more than the highest node place ever used.
         pub(super) end: u16,
-        /// Counts commits, so that an edit knows whether another came between.
-        pub(super) revision: u32,
-        pub(super) floor: Floor,
         pub(super) versions: [Version<C>; 2],
         /// By node id; a place belongs to one node as long as a version uses it.
         pub(super) nodes: C::Nodes<Node>,
@@ -104,37 +103,23 @@ impl<C: Capacity> Scheduler<C> {
     /// # Errors
     /// [`AddTaskError`].
     pub fn add_task(&mut self, dag: &Dag<C>, timing: Timing) -> Result<TaskId, AddTaskError> {
-        let deadline = timing.deadline.as_nanos();
-        if deadline == 0 || deadline > LONGEST_DEADLINE {
+        if timing.deadline == Duration::ZERO || timing.deadline > LONGEST_DEADLINE {
             return Err(AddTaskError::Deadline);
         }
-        self.check_graph(dag)?;
-        let slot = (0..C::TASKS).find(|t| !self.tasks[*t].admitted).ok_or(AddTaskError::Full)?;
         let levels = Levels::of(dag);
-        let proof = self.prove(dag, &levels, timing.deadline, timing.period);
-        if self.config.admission == Admission::Enforce && !proof.fits() {
-            return Err(AddTaskError::Unschedulable);
-        }
+        let _proof = self.admit(&levels, &timing)?;
+        let slot = (0..C::TASKS).find(|t| !self.tasks[*t].admitted).ok_or(AddTaskError::Full)?;
         let lanes = self.lanes_by_pool();
         let task = &mut self.tasks[slot];
-        task.admitted = true;
-        task.current = 0;
-        task.value = timing.value;
-        task.deadline = timing.deadline;
-        task.period = timing.period;
-        task.next_job = 0;
-        task.end = 0;
-        task.revision = 0;
-        task.floor = timing.floor;
+        (task.admitted, task.current, task.revision, task.next_job, task.end) = (true, 0, 0, 0, 0);
+        task.timing = timing;
         task.versions = [Version::EMPTY; 2];
-        task.install(dag, &NodeSet::EMPTY);
-        let [first, _] = &mut task.versions;
-        first.lay_out(dag, &levels, &self.config, timing.deadline, proof.critical_path, &lanes);
-        Ok(TaskId::new(slot, self.tasks[slot].generation))
+        task.install(&levels, &NodeSet::EMPTY, &self.config, lanes.as_ref());
+        Ok(TaskId::new(slot, task.generation))
     }
 
     /// Removes a task; its jobs in flight are given up with the reason `removed`. `false` if it is not there.
-    pub fn remove_task(&mut self, task: TaskId, now: crate::time::Instant) -> bool {
+    pub fn remove_task(&mut self, task: TaskId, now: Instant) -> bool {
         let Some(t) = self.task_slot(task) else { return false };
         self.advance(now);
         for slot in self.slots() {
@@ -150,18 +135,8 @@ impl<C: Capacity> Scheduler<C> {
     /// The bound on the response time of the task's newest graph, alone on its pools.
     #[must_use]
     pub fn certificate(&self, task: TaskId) -> Option<Certificate> {
-        let t = &self.tasks[self.task_slot(task)?];
-        let dag = t.versions[usize::from(t.current)].dag(&t.nodes);
-        Some(self.prove(&dag, &Levels::of(&dag), t.deadline, t.period))
-    }
-
-    /// What the admitted tasks ask of a pool, for [`utilisation_slack`](crate::utilisation_slack).
-    pub fn demands(&self, pool: PoolId) -> impl Iterator<Item = Demand> + '_ {
-        self.tasks.as_ref().iter().filter(|t| t.admitted).map(move |t| {
-            let dag = t.versions[usize::from(t.current)].dag(&t.nodes);
-            let work = dag.nodes().filter_map(|n| dag.node(n).copied()).filter(|n| n.pool == pool);
-            Demand { work: Duration::from_nanos(work.map(|n| n.cost()).sum()), period: t.period }
-        })
+        let dag = self.edit(task)?;
+        Some(self.prove(&Levels::of(&dag), &self.tasks[task.index()].timing))
     }
 
     /// A node of the task, in the newest graph or an older one that jobs in flight still have.
@@ -193,15 +168,23 @@ impl<C: Capacity> Task<C> {
         if job.version == 0 { first } else { second }
     }
 
-    /// Takes the data of `dag`'s nodes; those that are `here` already keep their samples.
-    pub(super) fn install(&mut self, dag: &Dag<C>, here: &NodeSet<C>) {
-        dag.present().each(|place| {
+    /// Takes a graph as the current version; nodes that are `here` already keep their samples.
+    pub(super) fn install(
+        &mut self,
+        levels: &Levels<'_, C>,
+        here: &NodeSet<C>,
+        config: &Config,
+        lanes: &[u8],
+    ) {
+        levels.places().for_each(|place| {
             if !here.contains(place) {
-                self.estimates[place] = Estimator::new(dag.at(place));
+                self.estimates[place] = Estimator::new(levels.dag.at(place));
             }
-            self.nodes[place] = *dag.at(place);
+            self.nodes[place] = *levels.dag.at(place);
         });
-        self.end = self.end.max(dag.end());
+        self.end = self.end.max(levels.dag.end);
         self.revision = self.revision.wrapping_add(1);
+        let version = &mut self.versions[usize::from(self.current)];
+        version.lay_out(levels, config, self.timing.deadline, lanes);
     }
 }

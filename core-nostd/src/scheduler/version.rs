@@ -8,9 +8,7 @@
 use crate::capacity::{Capacity, Empty};
 use crate::config::{Config, Gate};
 use crate::deadlines::SubDeadlines;
-use crate::deadlines::path::before;
 use crate::graph::{Dag, Levels, Node, NodeSet, Role};
-use crate::id::NodeId;
 use crate::time::Duration;
 
 crate::capacity::stored! {
@@ -43,22 +41,19 @@ crate::capacity::stored! {
 }
 
 impl<C: Capacity> Version<C> {
-    /// Lays `dag` out in place, which is large. `longest` is its critical path. Time bound: O(nodes log nodes +
-    /// edges).
+    /// Lays a graph out in place, which is large. Time bound: O(nodes log nodes + edges).
     pub(super) fn lay_out(
         &mut self,
-        dag: &Dag<C>,
-        levels: &Levels<C>,
+        levels: &Levels<'_, C>,
         config: &Config,
         deadline: Duration,
-        longest: Duration,
         lanes: &[u8],
     ) {
-        let new = self;
+        let (new, dag) = (self, levels.dag);
         // What is stored by rank is overwritten below, as far as anybody looks; the sets are filled.
         (new.sources, new.encoders, new.decoders) = (NodeSet::EMPTY, NodeSet::EMPTY, NodeSet::EMPTY);
         (new.in_pool, new.pool_mask, new.users) = (Empty::EMPTY, 0, 0);
-        let assigned = SubDeadlines::by_levels(dag, levels, config.rule, deadline, lanes);
+        let assigned = SubDeadlines::assign(levels, config.rule, deadline, lanes);
         let sorted = Self::sorted(levels, |node| if config.residual() { 0 } else { assigned.key[node] });
         let len = dag.len();
         new.len = len as u16;
@@ -69,7 +64,7 @@ impl<C: Capacity> Version<C> {
             new.order[rank] = node as u8;
             new.key[rank] = assigned.key[node];
             new.indegree[rank] = dag.indegree()[node];
-            new.height[rank] = levels.height(NodeId::new(node as u8)) as u8;
+            new.height[rank] = levels.height[node];
             let pool = dag.at(node).pool.index();
             new.in_pool[pool].insert(rank);
             new.pool_mask |= 1 << pool;
@@ -90,14 +85,14 @@ impl<C: Capacity> Version<C> {
         for (i, node) in levels.places().enumerate() {
             new.topological[i] = rank_of[node];
         }
-        new.slack = before(deadline.as_nanos().cast_signed(), longest.as_nanos());
+        new.slack = deadline.as_nanos().cast_signed().saturating_sub_unsigned(levels.critical_path());
     }
 
     /// Nodes by (key, node id); the node id is in the low 8 bits.
     ///
     /// One integer sorts faster than a pair. Where keys lie so far apart that the two do not fit one (2 years),
     /// pairs are compared. Keys mostly grow along the levels, and what is nearly sorted is sorted faster.
-    fn sorted(levels: &Levels<C>, key: impl Fn(usize) -> i64) -> C::Nodes<u64> {
+    fn sorted(levels: &Levels<'_, C>, key: impl Fn(usize) -> i64) -> C::Nodes<u64> {
         let first = levels.places().map(&key).min().unwrap_or(0);
         let (mut sorted, mut len, mut fits) = (<C::Nodes<u64>>::EMPTY, 0, true);
         levels.places().for_each(|i| {

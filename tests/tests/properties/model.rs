@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use red_core::{
     Action, Dag, Dispatch, Event, EventKind, Levels, Node, NodeId, Outcome, Role, Scheduler, ShedReason,
-    UnitId, tails,
+    UnitId,
 };
 use red_sim::Lab;
 use red_workload::model::Workload;
@@ -201,9 +201,9 @@ impl Job {
 impl Watch for Model<'_> {
     fn released(&mut self, scheduler: &Scheduler<Lab>, task: usize, index: u64, now: u64) {
         let id = red_core::TaskId::from_bits(task as u32);
-        let dag = Box::new(*scheduler.edit(id).expect("admitted").dag());
-        let after = tails(&dag, &Levels::of(&dag));
-        let tails = after.as_ref().to_vec();
+        let dag = Box::new(scheduler.edit(id).expect("admitted"));
+        let levels = Levels::of(&dag);
+        let tails = (0..=u8::MAX).map(|node| levels.tail(NodeId::new(node))).collect();
         let deadline = now + self.workload.tasks[task].deadline_ns;
         let (running, done) = (BTreeSet::new(), BTreeSet::new());
         self.jobs.insert((task, index), Job { release: now, deadline, dag, tails, running, done });

@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 use red_core::{
-    Capacity, Dag, DeadlineRule, Duration, LevelShares, Levels, NodeId, SubDeadlines, critical_path, shares,
+    Capacity, Dag, DeadlineRule, Duration, LevelShare, Levels, NodeId, SubDeadlines, shares,
 };
 
 use crate::cases;
@@ -13,12 +13,14 @@ fn deadline() -> impl Strategy<Value = u64> {
     prop_oneof![1u64..100, 1u64..1_000_000_000, 1u64..=1 << 62]
 }
 
-fn level_shares(dag: &Dag<Wide>, rule: DeadlineRule, d: u64, lanes: &[u8]) -> LevelShares<Wide> {
-    shares(dag, &Levels::of(dag), rule, Duration::from_nanos(d), lanes)
+fn level_shares(dag: &Dag<Wide>, rule: DeadlineRule, d: u64, lanes: &[u8]) -> Vec<LevelShare> {
+    let levels = Levels::of(dag);
+    let shares = shares(&levels, rule, Duration::from_nanos(d), lanes);
+    shares.as_ref()[..levels.count()].to_vec()
 }
 
 fn assigned<C: Capacity>(dag: &Dag<C>, rule: DeadlineRule, d: u64) -> SubDeadlines<C> {
-    SubDeadlines::assign(dag, rule, Duration::from_nanos(d), &[2, 3])
+    SubDeadlines::assign(&Levels::of(dag), rule, Duration::from_nanos(d), &[2, 3])
 }
 
 fn cost<C: Capacity>(dag: &Dag<C>, node: NodeId) -> i128 {
@@ -36,13 +38,13 @@ proptest! {
         let levels = Levels::of(&dag);
         for rule in [DeadlineRule::LevelSum, DeadlineRule::LevelGraham] {
             let shares = level_shares(&dag, rule, d, &[lanes; 2]);
-            let total: u128 = (0..shares.count()).map(|h| u128::from(shares.share(h))).sum();
+            let total: u128 = shares.iter().map(|level| u128::from(level.share)).sum();
             prop_assert_eq!(total, u128::from(d));
-            prop_assert_eq!(shares.end(shares.count() - 1), d.cast_signed());
-            prop_assert!((1..shares.count()).all(|h| shares.end(h - 1) <= shares.end(h)));
-            let due = SubDeadlines::assign(&dag, rule, Duration::from_nanos(d), &[lanes; 2]);
+            prop_assert_eq!(shares[shares.len() - 1].end, d);
+            prop_assert!(shares.is_sorted_by_key(|level| level.end));
+            let due = SubDeadlines::assign(&levels, rule, Duration::from_nanos(d), &[lanes; 2]);
             for node in dag.nodes() {
-                prop_assert_eq!(due.sub_deadline(node), shares.end(levels.height(node)));
+                prop_assert_eq!(due.sub_deadline(node), shares[levels.height(node)].end.cast_signed());
             }
         }
     }
@@ -52,14 +54,14 @@ proptest! {
         let dag = random_graph::<Wide>(seed, 1);
         let shares = level_shares(&dag, DeadlineRule::LevelSum, d, &[1]);
         let work = u128::from(dag.work());
-        for h in 0..shares.count() {
+        for level in &shares {
             // Both sides times the work; without any, every level weighs the same.
             let (exact, unit) = if work == 0 {
-                (u128::from(d), shares.count() as u128)
+                (u128::from(d), shares.len() as u128)
             } else {
-                (u128::from(d) * u128::from(shares.cost(h)), work)
+                (u128::from(d) * u128::from(level.cost), work)
             };
-            prop_assert!(exact.abs_diff(u128::from(shares.share(h)) * unit) < unit);
+            prop_assert!(exact.abs_diff(u128::from(level.share) * unit) < unit);
         }
     }
 
@@ -70,12 +72,12 @@ proptest! {
         let dag = random_graph::<Wide>(seed, pools);
         let at = |d| level_shares(&dag, DeadlineRule::LevelGraham, d, &[lanes; 2]);
         let any = at(1);
-        let bounds: u128 = (0..any.count()).map(|h| u128::from(any.graham(h))).sum();
+        let bounds: u128 = any.iter().map(|level| u128::from(level.graham)).sum();
         prop_assume!(bounds > 0 && bounds < 1 << 62);
         let fitting = at(bounds as u64 + slack);
-        prop_assert!((0..fitting.count()).all(|h| fitting.share(h) >= fitting.graham(h)));
+        prop_assert!(fitting.iter().all(|level| level.share >= level.graham));
         let tight = at(bounds as u64 - 1);
-        prop_assert!((0..tight.count()).any(|h| tight.share(h) < tight.graham(h)));
+        prop_assert!(tight.iter().any(|level| level.share < level.graham));
     }
 
     #[test]
@@ -97,7 +99,7 @@ proptest! {
         }
         // The most pressing node must start at D less the critical path: feasible iff that is not below 0.
         let first = dag.nodes().map(|node| i128::from(start.key(node))).min();
-        let longest = critical_path(&dag, &Levels::of(&dag));
+        let longest = Levels::of(&dag).critical_path();
         prop_assert_eq!(first, Some(i128::from(d) - i128::from(longest)));
     }
 

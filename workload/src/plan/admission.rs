@@ -3,7 +3,7 @@
 use super::period_ns;
 use crate::build::{self, BuildError, Step};
 use crate::model::{Task, Workload};
-use red_core::{Bound, Bytes, Capacity, Dag, Demand, Duration, Frame, LevelCapacity, Role, response_time};
+use red_core::{Bound, Bytes, Capacity, Dag, Demand, Duration, Frame, LevelCapacity, Levels, Role, response_time};
 use serde::Serialize;
 use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
@@ -100,7 +100,7 @@ impl Proof {
         lanes: &[u8],
         budgets: &[Option<Bytes>],
     ) -> Self {
-        let proof = response_time(dag, limit, lanes, budgets);
+        let proof = response_time(&Levels::of(dag), limit, lanes, budgets);
         let (bound, paths) = match proof.bound {
             Bound::LongPath { paths } => ("long-path", paths + 1),
             Bound::SeveralPools => ("several-pools", 1),

@@ -49,7 +49,7 @@ fn scheduler_and_notes() -> (Box<Scheduler<Small>>, Notes, Vec<TaskId>) {
 }
 
 fn nodes(scheduler: &Scheduler<Small>, task: TaskId) -> usize {
-    scheduler.edit(task).unwrap().dag().len()
+    scheduler.edit(task).unwrap().len()
 }
 
 #[test]

@@ -1,5 +1,5 @@
 use super::*;
-use crate::{Caps, Node, PoolId, Wcet};
+use crate::{Caps, Dag, Node, PoolId, Wcet};
 
 type Small = Caps<1, 16, 1, 4, 2>;
 
@@ -19,9 +19,10 @@ fn layered(levels: &[&[u64]]) -> Dag<Small> {
     dag
 }
 
-fn ends(dag: &Dag<Small>, rule: DeadlineRule, d: u64, lanes: &[u8]) -> Vec<i64> {
-    let shares = shares(dag, &Levels::of(dag), rule, Duration::from_nanos(d), lanes);
-    (0..shares.count()).map(|h| shares.end(h)).collect()
+fn ends(dag: &Dag<Small>, rule: DeadlineRule, d: u64, lanes: &[u8]) -> Vec<u64> {
+    let levels = Levels::of(dag);
+    let shares = shares(&levels, rule, Duration::from_nanos(d), lanes);
+    (0..levels.count()).map(|h| shares[h].end).collect()
 }
 
 #[test]
