@@ -23,7 +23,8 @@ impl<C: Capacity> Scheduler<C> {
             let mut needed = node.memory.0;
             if matches!(node.role, Role::SharedEncoder(_)) {
                 let readers = dag.out(place).iter().map(|reader| dag.at(reader));
-                let beside = readers.filter(|reader| reader.role == Role::Decoder && reader.pool == node.pool);
+                let beside =
+                    readers.filter(|reader| reader.role == Role::Decoder && reader.pool == node.pool);
                 needed = needed.saturating_add(beside.map(|reader| reader.memory.0).max().unwrap_or(0));
             }
             if needed > self.pools[node.pool.index()].budget {
@@ -37,7 +38,7 @@ impl<C: Capacity> Scheduler<C> {
 
     pub(super) fn prove(&self, levels: &Levels<'_, C>, timing: &Timing) -> Certificate {
         let mut budgets = <C::Pools<Option<Bytes>>>::EMPTY;
-        for p in 0..usize::from(self.pool_count) {
+        for p in self.pool_numbers() {
             budgets[p] = self.pools[p].limited.then_some(Bytes(self.pools[p].budget));
         }
         let limit = timing.period.map_or(timing.deadline, |t| t.min(timing.deadline));

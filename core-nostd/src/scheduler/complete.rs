@@ -43,7 +43,7 @@ impl<C: Capacity> Scheduler<C> {
             return self.complete_shared(lane);
         }
         self.free(lane);
-        self.done(slot, rank, unit.node(), lane);
+        self.done(slot, rank, unit.node(), lane, true);
         self.changed(slot);
         Ok(())
     }
@@ -55,21 +55,23 @@ impl<C: Capacity> Scheduler<C> {
     pub fn fail(&mut self, unit: UnitId, now: Instant) -> Result<(), CompleteError> {
         self.advance(now);
         let lane = self.lane_of(unit).ok_or_else(|| self.refuse(unit))?;
-        let members = self.lanes[lane].members;
-        for slot in bits(members) {
-            self.end_job(slot, Some(ShedReason::Fault));
+        let l = self.vacate(lane);
+        bits(l.members).for_each(|slot| self.end_job(slot, Some(ShedReason::Fault)));
+        match usize::from(l.output).checked_sub(1) {
+            Some(place) if l.is_encoder => self.lose_output(place),
+            _ => self.stop_reading(l.output),
         }
-        self.drop_output_of(lane);
-        self.free(lane);
-        self.stop_reading(self.lanes[lane].output);
-        self.lanes[lane].merged = false;
-        self.lanes[lane].is_encoder = false;
-        if members == 0 {
-            self.counters.late_completions += 1;
-            self.age_keys();
-            return Err(CompleteError::Late);
+        self.was_wanted(l.members)
+    }
+
+    /// A unit whose jobs had all been given up was late.
+    pub(super) fn was_wanted(&mut self, members: u64) -> Result<(), CompleteError> {
+        if members != 0 {
+            return Ok(());
         }
-        Ok(())
+        self.counters.late_completions += 1;
+        self.age_keys();
+        Err(CompleteError::Late)
     }
 
     #[cold]
@@ -81,21 +83,17 @@ impl<C: Capacity> Scheduler<C> {
         }
     }
 
-    /// One running sub-job is done: its successors may become ready, its job may end.
+    /// One running sub-job is done: its successors may become ready, its job may end. It was `alone` unless its
+    /// unit had other members, and so took the longest of theirs: no sample of its own execution.
     #[inline(always)]
-    pub(super) fn done(&mut self, slot: usize, rank: usize, node: NodeId, lane: usize) {
+    pub(super) fn done(&mut self, slot: usize, rank: usize, node: NodeId, lane: usize, alone: bool) {
         self.note_node(EventKind::Completed, slot, node, lane);
-        if self.observes {
+        if self.observes & alone {
             self.observe(slot, node, lane);
         }
         self.jobs[slot].running.remove(rank);
-        self.settle_node(slot, rank);
-    }
-
-    /// A sub-job is done; encoders among its successors may find their results.
-    #[inline(always)]
-    pub(super) fn settle_node(&mut self, slot: usize, rank: usize) {
         if self.settle_one(slot, rank) {
+            // Encoders among its successors may find their results.
             self.meet_outputs(slot);
         }
     }
@@ -132,7 +130,9 @@ impl<C: Capacity> Scheduler<C> {
         let (job, version) = (&self.jobs[slot], self.version(slot));
         let (is_decoder, has_encoders) = (version.decoders.contains(rank), !version.encoders.is_empty());
         if job.reruns {
-            self.unready_done(slot);
+            // After a second end of an encoder: what was done or runs already is not ready.
+            let job = &mut self.jobs[slot];
+            job.ready = job.ready.without(&job.done).without(&job.running);
         }
         if self.config.gate == Gate::Level {
             self.open_level(slot);
@@ -168,17 +168,13 @@ impl<C: Capacity> Scheduler<C> {
         task.estimates[node.index()].push(executed);
         let overran = executed > task.nodes[node.index()].wcet.get();
         if overran | self.monitor.behind {
-            self.look_closer(slot, node, lane, overran);
+            cold_path();
+            if overran {
+                self.counters.overruns += 1;
+                self.note_node(EventKind::Overran, slot, node, lane);
+            }
+            // A shorter window minimum may have left: jobs that were safe by it are looked at again.
+            self.alarm = Instant::ZERO;
         }
-    }
-
-    #[cold]
-    fn look_closer(&mut self, slot: usize, node: NodeId, lane: usize, overran: bool) {
-        if overran {
-            self.counters.overruns += 1;
-            self.note_node(EventKind::Overran, slot, node, lane);
-        }
-        // A shorter window minimum may have left: jobs that were safe by it are looked at again.
-        self.alarm = Instant::ZERO;
     }
 }

@@ -99,7 +99,7 @@ impl<C: Capacity> Scheduler<C> {
             cold_path();
             let has_role = version.encoders.contains(rank) || version.decoders.contains(rank);
             if has_role || self.pools[pool].limited {
-                return self.start_with_care(pool, slot, rank, lane);
+                return self.start_special(slot, rank, lane);
             }
         }
         Some(self.start(slot, rank, node, lane))

@@ -161,7 +161,7 @@ impl<C: Capacity> Scheduler<C> {
         job.at = self.now;
         job.ready = NodeSet::EMPTY;
         job.parked = NodeSet::EMPTY;
-        for pool in 0..usize::from(self.pool_count) {
+        for pool in self.pool_numbers() {
             self.pools[pool].queue.remove(slot);
             if usize::from(self.pools[pool].current) == slot + 1 {
                 self.pools[pool].current = 0;

@@ -9,43 +9,55 @@
 
 use super::Scheduler;
 use super::event::EventKind;
-use super::outlook::Rest;
 use crate::capacity::Capacity;
-use crate::graph::NodeSet;
 use crate::policy::frame_cache::OutputState;
+use crate::time::Instant;
+
+/// Which kept results may go.
+#[derive(Clone, Copy)]
+enum Rest {
+    WithoutReadyDecoder,
+    NotReadByHead,
+    All,
+}
 
 impl<C: Capacity> Scheduler<C> {
     /// The node to start when `rank` of `slot` is the pool's head: itself, one that may overtake it, or none.
     pub(super) fn fitting(&mut self, pool: usize, slot: usize, rank: usize) -> Option<(usize, usize)> {
-        if self.fits(pool, slot, rank) {
-            return Some((slot, rank));
-        }
-        if self.may_be_overtaken(pool, slot, rank)
-            && let Some(next) = self.first_that_fits(pool)
-        {
-            self.jobs[slot].place[rank] += 1;
-            return Some(next);
-        }
-        if self.pools[pool].free == self.pools[pool].lanes {
-            return self.make_room(pool, slot, rank);
-        }
-        None
+        let Some(next) = self.next_that_fits(pool, slot, rank) else {
+            return if self.is_drained(pool) { self.make_room(pool, slot, rank) } else { None };
+        };
+        self.jobs[slot].place[rank] += u8::from(next != (slot, rank));
+        Some(next)
     }
 
     /// Whether `fitting` would find something in a pool with a free lane.
     pub(super) fn has_fitting(&self, pool: usize) -> bool {
-        let heads = self
-            .slots()
-            .filter_map(|slot| self.head_of(slot, pool).map(|rank| (self.rank_key(slot, rank), slot, rank)));
-        heads.min().is_some_and(|(_, slot, rank)| {
-            self.fits(pool, slot, rank)
-                || self.may_be_overtaken(pool, slot, rank) && self.first_that_fits(pool).is_some()
-                || self.pools[pool].free == self.pools[pool].lanes
+        let head = |slot| self.head_of(slot, pool).map(|rank| (self.rank_key(slot, rank), slot, rank));
+        let first = self.slots().filter_map(head).min();
+        first.is_some_and(|(_, slot, rank)| {
+            self.next_that_fits(pool, slot, rank).is_some() || self.is_drained(pool)
         })
     }
 
-    fn may_be_overtaken(&self, pool: usize, slot: usize, rank: usize) -> bool {
-        u32::from(self.jobs[slot].place[rank]) < self.pools[pool].lanes.count_ones()
+    /// The head if it fits; else the most pressing ready node of the pool that fits, where it may be overtaken.
+    fn next_that_fits(&self, pool: usize, slot: usize, rank: usize) -> Option<(usize, usize)> {
+        if self.fits(pool, slot, rank) {
+            return Some((slot, rank));
+        }
+        if u32::from(self.jobs[slot].place[rank]) >= self.pools[pool].lanes.count_ones() {
+            return None;
+        }
+        let fitting = |slot: usize| {
+            let ready = self.jobs[slot].ready.and(&self.version(slot).in_pool[pool]);
+            let rank = ready.iter().find(|rank| self.fits(pool, slot, *rank))?;
+            Some((self.rank_key(slot, rank), slot, rank))
+        };
+        self.slots().filter_map(fitting).min().map(|(_, slot, rank)| (slot, rank))
+    }
+
+    fn is_drained(&self, pool: usize) -> bool {
+        self.pools[pool].free == self.pools[pool].lanes
     }
 
     fn fits(&self, pool: usize, slot: usize, rank: usize) -> bool {
@@ -53,26 +65,10 @@ impl<C: Capacity> Scheduler<C> {
         p.used.saturating_add(self.node(slot, rank).memory.0) <= p.budget
     }
 
-    /// The most pressing ready node of the pool that fits.
-    fn first_that_fits(&self, pool: usize) -> Option<(usize, usize)> {
-        let mut best = None;
-        for slot in self.slots() {
-            let ready = self.jobs[slot].ready.and(&self.version(slot).in_pool[pool]);
-            if let Some(rank) = ready.iter().find(|r| self.fits(pool, slot, *r)) {
-                let key = self.rank_key(slot, rank);
-                if best.is_none_or(|(least, _, _)| key < least) {
-                    best = Some((key, slot, rank));
-                }
-            }
-        }
-        best.map(|(_, slot, rank)| (slot, rank))
-    }
-
     /// Nothing runs in the pool and its head does not fit: results have to go. The head may be another one
     /// afterwards, because evicted encoders are ready again.
     #[cold]
-    fn make_room(&mut self, pool: usize, slot: usize, rank: usize) -> Option<(usize, usize)> {
-        let (mut slot, mut rank) = (slot, rank);
+    fn make_room(&mut self, pool: usize, mut slot: usize, mut rank: usize) -> Option<(usize, usize)> {
         // A head that fits now starts at once; evicted encoders that are ready again come after it.
         for rest in [Rest::WithoutReadyDecoder, Rest::NotReadByHead, Rest::All] {
             for place in 0..C::NODES {
@@ -128,27 +124,6 @@ impl<C: Capacity> Scheduler<C> {
             }
         }
         self.free_output(place);
-        self.alarm = crate::time::Instant::ZERO;
-    }
-
-    /// An encoder of a job whose decoders still need the result.
-    fn reader(&self, slot: usize, place: usize) -> Option<usize> {
-        let (job, version) = (&self.jobs[slot], self.version(slot));
-        version.encoders.iter().find(|e| {
-            job.done.contains(*e)
-                && usize::from(job.place[*e]) == place + 1
-                && !version.decoders_of(*e).without(&job.done).is_empty()
-        })
-    }
-
-    /// After a second end of an encoder: what was done or runs already is not ready.
-    pub(super) fn unready_done(&mut self, slot: usize) {
-        let job = &mut self.jobs[slot];
-        let started: NodeSet<C> = {
-            let mut set = job.done;
-            set.extend(&job.running);
-            set
-        };
-        job.ready = job.ready.without(&started);
+        self.alarm = Instant::ZERO;
     }
 }

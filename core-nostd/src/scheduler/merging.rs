@@ -7,25 +7,17 @@ use crate::config::Shed;
 use crate::id::UnitId;
 use crate::policy::frame_cache::{FrameKey, Output, OutputState};
 use crate::policy::merge::{Candidate, join, window_of};
+use crate::time::Duration;
 
 impl<C: Capacity> Scheduler<C> {
     /// Starts an encoder, a decoder, or any node of a pool with a memory budget.
     #[inline(never)]
-    pub(super) fn start_with_care(
-        &mut self,
-        pool: usize,
-        slot: usize,
-        rank: usize,
-        lane: usize,
-    ) -> Option<UnitId> {
+    pub(super) fn start_special(&mut self, slot: usize, rank: usize, lane: usize) -> Option<UnitId> {
+        let pool = usize::from(self.lanes[lane].pool);
         let limited = self.pools[pool].limited;
         let (slot, rank) = if limited { self.fitting(pool, slot, rank)? } else { (slot, rank) };
-        let memory = self.node(slot, rank).memory.0;
         let unit = self.start(slot, rank, self.version(slot).order[rank], lane);
-        if limited {
-            self.lanes[lane].memory = memory;
-            self.pools[pool].used += memory;
-        }
+        self.hold(lane, self.node(slot, rank).memory.0);
         let version = self.version(slot);
         if version.encoders.contains(rank) {
             self.share(slot, rank, lane);
@@ -37,27 +29,30 @@ impl<C: Capacity> Scheduler<C> {
         Some(unit)
     }
 
+    /// The unit on a lane needs so many bytes more.
+    fn hold(&mut self, lane: usize, bytes: u64) {
+        let pool = &mut self.pools[usize::from(self.lanes[lane].pool)];
+        if pool.limited {
+            self.lanes[lane].memory += bytes;
+            pool.used += bytes;
+        }
+    }
+
     /// An encoder got a lane: others join its unit, and those of its key that cannot wait for its result.
     fn share(&mut self, slot: usize, rank: usize, lane: usize) {
         let Some(key) = self.frame_key(slot, rank) else { return };
-        let free = self
-            .outputs
-            .as_ref()
-            .iter()
-            .take(usize::from(u8::MAX))
-            .position(|o| o.state == OutputState::Free);
-        self.lanes[lane].is_encoder = true;
-        self.lanes[lane].best = self.best_case(slot, rank);
-        self.lanes[lane].output = 0;
-        if let Some(place) = free {
-            let pool = self.lanes[lane].pool;
-            self.outputs[place] = Output::new(key, pool, OutputState::Running(lane as u8));
-            self.lanes[lane].output = place as u16 + 1;
+        let mut places = self.outputs.as_ref().iter().take(usize::from(u8::MAX));
+        let place = places.position(|output| output.state == OutputState::Free);
+        let best = self.best_case(slot, rank);
+        let l = &mut self.lanes[lane];
+        (l.is_encoder, l.best, l.output) = (true, best, place.map_or(0, |place| place as u16 + 1));
+        if let Some(place) = place {
+            self.outputs[place] = Output::new(key, l.pool, OutputState::Running(lane as u8));
         }
-        if self.config.merge_skew.is_some() {
-            self.merge(slot, rank, lane, key);
+        if let Some(skew) = self.config.merge_skew {
+            self.merge(slot, rank, lane, key, skew);
         }
-        if self.config.frame_cache && free.is_some() {
+        if self.config.frame_cache && place.is_some() {
             for other in self.slots() {
                 if self.version(other).encoders.meets(&self.jobs[other].ready) {
                     self.meet_outputs(other);
@@ -71,12 +66,11 @@ impl<C: Capacity> Scheduler<C> {
     }
 
     /// DynamicMerge around the unit's first member.
-    fn merge(&mut self, slot: usize, rank: usize, lane: usize, key: FrameKey) {
-        let Some(skew) = self.config.merge_skew else { return };
+    fn merge(&mut self, slot: usize, rank: usize, lane: usize, key: FrameKey, skew: Duration) {
         let pool = usize::from(self.lanes[lane].pool);
-        let head = self.jobs[slot].release;
         let releases = self.slots().filter(|s| self.sharing(*s, pool, key).next().is_some());
-        let anchor = window_of(head, skew, &releases.map(|s| self.jobs[s].release));
+        let releases = releases.map(|s| self.jobs[s].release);
+        let anchor = window_of(self.jobs[slot].release, skew, &releases);
         let window = anchor..=anchor.saturating_add(skew);
         let mut unit = self.candidate(slot, rank);
         // In dispatch order; each round looks at the next ready encoder after the last: at most jobs * nodes.
@@ -90,23 +84,18 @@ impl<C: Capacity> Scheduler<C> {
             let Some((_, r, other)) = next else { return };
             last = next;
             let grow = self.node(other, r).memory.0.saturating_sub(self.lanes[lane].memory);
-            let fits = !self.pools[pool].limited || self.pools[pool].used + grow <= self.pools[pool].budget;
+            let fits = self.pools[pool].used.saturating_add(grow) <= self.pools[pool].budget;
             let Some(both) = join(unit, self.candidate(other, r), self.now).filter(|_| fits) else {
                 continue;
             };
             unit = both;
-            if self.pools[pool].limited {
-                self.lanes[lane].memory += grow;
-                self.pools[pool].used += grow;
-            }
-            let job = &mut self.jobs[other];
-            job.ready.remove(r);
-            job.running.insert(r);
-            job.place[r] = lane as u8;
-            job.started = true;
-            self.lanes[lane].members |= 1 << other;
-            self.lanes[lane].merged = true;
-            self.lanes[lane].best = self.lanes[lane].best.max(self.best_case(other, r));
+            self.hold(lane, grow);
+            self.run_on(other, r, lane);
+            let best = self.best_case(other, r);
+            let l = &mut self.lanes[lane];
+            l.members |= 1 << other;
+            l.merged = true;
+            l.best = l.best.max(best);
             self.note(EventKind::Started, other, r, lane);
             self.requeue(other);
         }

@@ -58,6 +58,7 @@ use crate::config::{Config, Reassign};
 use crate::policy::frame_cache::Output;
 use crate::time::{Duration, Instant};
 use core::hint::cold_path;
+use core::ops::Range;
 use event::Record;
 use jobs::Job;
 use monitor::Monitor;
@@ -174,6 +175,14 @@ impl<C: Capacity> Scheduler<C> {
     /// Slots of jobs in flight.
     fn slots(&self) -> impl Iterator<Item = usize> + Clone + use<C> {
         bits(self.in_flight)
+    }
+
+    fn lane_numbers(&self) -> Range<usize> {
+        0..self.lane_count.into()
+    }
+
+    fn pool_numbers(&self) -> Range<usize> {
+        0..self.pool_count.into()
     }
 
     /// A pool may have something to start. With one pool the whole word is stored: adding a constant bit compiles

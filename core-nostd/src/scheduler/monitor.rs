@@ -40,8 +40,9 @@ impl<C: Capacity> Scheduler<C> {
         let start = now.as_nanos() / tick * tick;
         let before = Instant::from_nanos(start.saturating_sub(tick));
         // Nothing happened since the last event, so the lanes tell how busy they were up to any instant since.
-        for pool in 0..usize::from(self.pool_count) {
-            let base = if before == self.window { self.pools[pool].mark } else { self.busy_until(pool, before) };
+        for pool in self.pool_numbers() {
+            let base =
+                if before == self.window { self.pools[pool].mark } else { self.busy_until(pool, before) };
             let mark = self.busy_until(pool, Instant::from_nanos(start));
             self.pools[pool].mark = mark;
             self.pools[pool].tick_busy = mark.saturating_sub(base);
@@ -73,7 +74,7 @@ impl<C: Capacity> Scheduler<C> {
     fn tick_at(&self) -> Option<Instant> {
         let busy = || {
             let used = |pool: usize| self.busy_until(pool, self.now) != self.pools[pool].mark;
-            self.in_flight != 0 || self.running_units() > 0 || (0..usize::from(self.pool_count)).any(used)
+            self.in_flight != 0 || self.running_units() > 0 || self.pool_numbers().any(used)
         };
         match self.config.shed {
             Shed::Never => None,
@@ -107,7 +108,8 @@ impl<C: Capacity> Scheduler<C> {
 
     /// A unit that started makes jobs longer: the next event looks at them, or the next tick if that is earlier.
     pub(super) fn look_soon(&mut self) {
-        let longer = self.slots().filter(|slot| self.waits_longer(*slot)).fold(0, |set, slot| set | 1 << slot);
+        let longer =
+            self.slots().filter(|slot| self.waits_longer(*slot)).fold(0, |set, slot| set | 1 << slot);
         if longer == 0 {
             return;
         }
@@ -199,7 +201,7 @@ impl<C: Capacity> Scheduler<C> {
         }
         self.monitor.looked_at = self.window.as_nanos() + 1;
         self.age_keys();
-        let exceeded = (0..usize::from(self.pool_count)).any(|pool| {
+        let exceeded = self.pool_numbers().any(|pool| {
             let (p, queued) = (&self.pools[pool], self.queued_in(pool));
             let busy = Duration::from_nanos(p.tick_busy);
             overload.exceeded(queued, busy, tick, p.lanes.count_ones() as u8)

@@ -8,7 +8,10 @@
 
 use super::Scheduler;
 use crate::capacity::{Capacity, Empty};
+use crate::config::BestCase;
+use crate::deadlines::Estimator;
 use crate::deadlines::exact::share;
+use crate::graph::Node;
 use crate::policy::frame_cache::OutputState;
 use crate::time::Duration;
 
@@ -19,31 +22,39 @@ pub(super) enum Case {
     Worst,
 }
 
-/// Which kept results may go when memory is short.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Rest {
-    WithoutReadyDecoder,
-    NotReadByHead,
-    All,
-}
-
 impl<C: Capacity> Scheduler<C> {
-    /// Longest path of what is left of a job, in nanoseconds. Time bound: O(nodes + edges).
-    pub(super) fn remaining_path(&self, slot: usize, case: Case) -> u64 {
-        let (job, version) = (&self.jobs[slot], self.version(slot));
+    /// Visits a job's ranks from the sinks on; `visit` gets a rank and the longest path after it, and returns the
+    /// longest from it on. Time bound: O(nodes + edges).
+    fn backwards(&self, slot: usize, mut visit: impl FnMut(usize, u64) -> u64) {
+        let version = self.version(slot);
         let mut path = <C::Nodes<u64>>::EMPTY;
-        let mut longest = 0;
-        for i in (0..usize::from(version.len)).rev() {
-            let rank = usize::from(version.topological[i]);
-            if job.done.contains(rank) {
-                continue;
-            }
-            let mut after = 0;
-            version.successors[rank].each(|s| after = after.max(path[s]));
-            let (chained, alone) = self.left_of(slot, rank, case);
-            path[rank] = after.saturating_add(chained);
-            longest = longest.max(after.saturating_add(alone));
+        for at in (0..usize::from(version.len)).rev() {
+            let rank = usize::from(version.topological[at]);
+            path[rank] = visit(rank, version.successors[rank].largest(&path));
         }
+    }
+
+    /// Longest path after a rank at WCET, in nanoseconds.
+    pub(super) fn tail_after(&self, slot: usize, rank: usize) -> u64 {
+        let mut tail = 0;
+        self.backwards(slot, |at, after| {
+            tail = if at == rank { after } else { tail };
+            after + self.node(slot, at).cost()
+        });
+        tail
+    }
+
+    /// Longest path of what is left of a job, in nanoseconds.
+    pub(super) fn remaining_path(&self, slot: usize, case: Case) -> u64 {
+        let mut longest = 0;
+        self.backwards(slot, |rank, after| {
+            if self.jobs[slot].done.contains(rank) {
+                return 0;
+            }
+            let (chained, alone) = self.left_of(slot, rank, case);
+            longest = longest.max(after.saturating_add(alone));
+            after.saturating_add(chained)
+        });
         longest
     }
 
@@ -61,8 +72,8 @@ impl<C: Capacity> Scheduler<C> {
             return (left, left);
         }
         match (case, self.output_of(slot, rank)) {
-            (Case::Best, Some(OutputState::Kept)) => (0, 0),
-            (Case::Best, Some(OutputState::Running(lane))) => (0, self.left_on(usize::from(lane))),
+            (Case::Best, Some((_, OutputState::Kept))) => (0, 0),
+            (Case::Best, Some((_, OutputState::Running(lane)))) => (0, self.left_on(lane.into())),
             _ => (whole, whole),
         }
     }
@@ -75,15 +86,38 @@ impl<C: Capacity> Scheduler<C> {
     /// Whether an encoder of the job has to wait for a running one of its key that takes longer than itself would:
     /// its best case is then beyond its worst case alone.
     pub(super) fn waits_longer(&self, slot: usize) -> bool {
-        let job = &self.jobs[slot];
-        let open = self.version(slot).encoders.without(&job.done).without(&job.running);
         let runs = |lane: &usize| self.lanes[*lane].is_busy() && self.lanes[*lane].is_encoder;
-        let longest = (0..usize::from(self.lane_count)).filter(runs).map(|lane| self.left_on(lane)).max();
+        let longest = self.lane_numbers().filter(runs).map(|lane| self.left_on(lane)).max();
         // Costs first: looking for a key takes longer, and encoders of one key seldom differ.
-        open.iter().filter(|e| Some(self.node(slot, *e).cost()) < longest).any(|e| {
+        self.open_encoders(slot).iter().any(|e| {
             let cost = self.node(slot, e).cost();
-            matches!(self.output_of(slot, e), Some(OutputState::Running(l)) if self.left_on(usize::from(l)) > cost)
+            let waits =
+                |(_, state)| matches!(state, OutputState::Running(l) if self.left_on(l.into()) > cost);
+            Some(cost) < longest && self.output_of(slot, e).is_some_and(waits)
         })
+    }
+
+    /// The node behind a rank, and what it took so far.
+    fn history(&self, slot: usize, rank: usize) -> (&Node, &Estimator) {
+        let task = &self.tasks[self.jobs[slot].task.index()];
+        let node = usize::from(self.version(slot).order[rank]);
+        (&task.nodes[node], &task.estimates[node])
+    }
+
+    /// Best case of a rank, in nanoseconds; never above its cost, so that "on time at WCET" implies "on time at
+    /// best".
+    pub(super) fn best_case(&self, slot: usize, rank: usize) -> u64 {
+        let (node, window) = self.history(slot, rank);
+        let is_observed = self.config.best_case == BestCase::Observed;
+        let seen = if is_observed { window.minimum() } else { None };
+        seen.unwrap_or(node.best).as_nanos().min(node.cost())
+    }
+
+    /// Expected cost of a rank: mean of the window plus contention, WCET plus contention before a sample.
+    pub(super) fn expected(&self, slot: usize, rank: usize) -> u64 {
+        let (node, window) = self.history(slot, rank);
+        let mean = window.mean().unwrap_or(node.wcet.get());
+        mean.as_nanos().saturating_add(node.contention.as_nanos())
     }
 
     /// How long a rank has run. `None`: not at all.
@@ -93,28 +127,6 @@ impl<C: Capacity> Scheduler<C> {
             return Some(self.executed_on(usize::from(job.place[rank])));
         }
         self.suspended_after(slot, rank)
-    }
-
-    /// The result that an encoder would take.
-    fn output_of(&self, slot: usize, rank: usize) -> Option<OutputState> {
-        let key = self.frame_key(slot, rank).filter(|_| self.config.frame_cache)?;
-        self.find_output(key).map(|(_, state)| state)
-    }
-
-    /// Longest path after a rank at WCET, in nanoseconds.
-    pub(super) fn tail_after(&self, slot: usize, rank: usize) -> u64 {
-        let version = self.version(slot);
-        let mut path = <C::Nodes<u64>>::EMPTY;
-        for i in (0..usize::from(version.len)).rev() {
-            let at = usize::from(version.topological[i]);
-            let mut after = 0;
-            version.successors[at].each(|s| after = after.max(path[s]));
-            if at == rank {
-                return after;
-            }
-            path[at] = after + self.node(slot, at).cost();
-        }
-        0
     }
 
     /// Work that is left of a job at WCET, in nanoseconds.

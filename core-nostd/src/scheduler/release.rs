@@ -4,7 +4,7 @@ use super::Scheduler;
 use super::event::EventKind;
 use super::jobs::Job;
 use crate::capacity::{Capacity, Empty};
-use crate::config::{BestCase, Gate, Shed};
+use crate::config::{Gate, Shed};
 use crate::id::{JobId, TaskId};
 use crate::policy::frame_cache::CaptureSource;
 use crate::time::Instant;
@@ -49,7 +49,8 @@ impl<C: Capacity> Scheduler<C> {
     ) -> Result<JobId, ReleaseError> {
         self.advance(now);
         let t = self.task_slot(task).ok_or(ReleaseError::UnknownTask)?;
-        let due = release.checked_add(self.tasks[t].timing.deadline).filter(|d| d.as_nanos() <= i64::MAX as u64);
+        let due =
+            release.checked_add(self.tasks[t].timing.deadline).filter(|d| d.as_nanos() <= i64::MAX as u64);
         let deadline = due.ok_or(ReleaseError::Overflow)?;
         let index = self.tasks[t].next_job;
         self.tasks[t].next_job += 1;
@@ -126,29 +127,5 @@ impl<C: Capacity> Scheduler<C> {
             self.stale_keys = true;
             self.active = ((1u64 << self.pool_count) - 1) as u32;
         }
-    }
-
-    /// Best case of a rank, in nanoseconds; never above its cost, so that "on time at WCET" implies "on time at
-    /// best".
-    pub(super) fn best_case(&self, slot: usize, rank: usize) -> u64 {
-        let version = self.version(slot);
-        let task = &self.tasks[self.jobs[slot].task.index()];
-        let node = &task.nodes[usize::from(version.order[rank])];
-        let seen = match self.config.best_case {
-            BestCase::Observed => task.estimates[usize::from(version.order[rank])].minimum(),
-            BestCase::Declared => None,
-        };
-        seen.unwrap_or(node.best).as_nanos().min(node.cost())
-    }
-
-    /// Expected cost of a rank: mean of the window plus contention, WCET plus contention before a sample.
-    pub(super) fn expected(&self, slot: usize, rank: usize) -> u64 {
-        let version = self.version(slot);
-        let task = &self.tasks[self.jobs[slot].task.index()];
-        let place = usize::from(version.order[rank]);
-        let node = &task.nodes[place];
-        task.estimates[place]
-            .mean()
-            .map_or(node.cost(), |mean| mean.as_nanos().saturating_add(node.contention.as_nanos()))
     }
 }

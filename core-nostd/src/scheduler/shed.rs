@@ -54,7 +54,7 @@ impl<C: Capacity> Scheduler<C> {
             });
             let Some((_, _, slot)) = queued.min() else { return };
             self.drop_by_choice(slot, ShedReason::Urgency);
-            let longest = (0..usize::from(self.pool_count)).map(|pool| self.queued_in(pool)).max();
+            let longest = self.pool_numbers().map(|pool| self.queued_in(pool)).max();
             if longest <= Some(usize::from(self.config.overload.queue)) {
                 return;
             }

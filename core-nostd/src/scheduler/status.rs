@@ -49,12 +49,12 @@ impl<C: Capacity> Scheduler<C> {
 
     /// Units that run, whether or not their jobs still want them.
     pub fn running_units(&self) -> usize {
-        (0..usize::from(self.lane_count)).filter(|l| self.lanes[*l].is_busy()).count()
+        self.lane_numbers().filter(|l| self.lanes[*l].is_busy()).count()
     }
 
     /// Whether a pool has both a free lane and a sub-job that could start on it.
     pub fn can_dispatch(&self) -> bool {
-        (0..usize::from(self.pool_count)).any(|pool| self.pools[pool].free != 0 && self.has_fitting(pool))
+        self.pool_numbers().any(|pool| self.pools[pool].free != 0 && self.has_fitting(pool))
     }
 
     /// Takes the oldest event of the record.

@@ -136,14 +136,20 @@ impl<C: Capacity> Scheduler<C> {
         }
     }
 
-    /// Gives a ready rank, which is `node`, a lane. Members of a merged unit join with `merge_into` afterwards.
+    /// A ready rank runs from now on.
     #[inline(always)]
-    pub(super) fn start(&mut self, slot: usize, rank: usize, node: u8, lane: usize) -> UnitId {
+    pub(super) fn run_on(&mut self, slot: usize, rank: usize, lane: usize) {
         let job = &mut self.jobs[slot];
         job.ready.remove(rank);
         job.running.insert(rank);
         job.place[rank] = lane as u8;
         job.started = true;
+    }
+
+    /// Gives a ready rank, which is `node`, a lane.
+    #[inline(always)]
+    pub(super) fn start(&mut self, slot: usize, rank: usize, node: u8, lane: usize) -> UnitId {
+        self.run_on(slot, rank, lane);
         if self.reassigns | self.config.preempt {
             cold_path();
             self.stale_keys = self.reassigns;
@@ -190,6 +196,14 @@ impl<C: Capacity> Scheduler<C> {
         pool.free |= u32::from(retired) << l;
         self.active |= 1 << self.lanes[l].pool;
         retired
+    }
+
+    /// Frees the lane of a unit that is more than one sub-job of an ordinary node; returns what ran there.
+    pub(super) fn vacate(&mut self, lane: usize) -> Lane {
+        let l = self.lanes[lane];
+        self.free(lane);
+        (self.lanes[lane].merged, self.lanes[lane].is_encoder) = (false, false);
+        l
     }
 
     /// Frees a lane and the memory of its unit.

@@ -1,9 +1,7 @@
 //! Sub-deadlines: shares add up to D, nobody is due before a predecessor, and levels end in order.
 
 use proptest::prelude::*;
-use red_core::{
-    Capacity, Dag, DeadlineRule, Duration, LevelShare, Levels, NodeId, SubDeadlines, shares,
-};
+use red_core::{Capacity, Dag, DeadlineRule, Duration, LevelShare, Levels, NodeId, SubDeadlines, shares};
 
 use crate::cases;
 use crate::graphs::{Wide, edges, random_graph};

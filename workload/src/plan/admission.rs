@@ -3,7 +3,9 @@
 use super::period_ns;
 use crate::build::{self, BuildError, Step};
 use crate::model::{Task, Workload};
-use red_core::{Bound, Bytes, Capacity, Dag, Demand, Duration, Frame, LevelCapacity, Levels, Role, response_time};
+use red_core::{
+    Bound, Bytes, Capacity, Dag, Demand, Duration, Frame, LevelCapacity, Levels, Role, response_time,
+};
 use serde::Serialize;
 use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
