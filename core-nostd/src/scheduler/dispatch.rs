@@ -10,10 +10,8 @@ use core::convert::identity;
 use core::hint::cold_path;
 
 impl<C: Capacity> Scheduler<C> {
-    /// The next thing to do, or `None` until something happens or `poll_at` comes. Never blocks; between two
-    /// events it answers at most once per lane and ended job.
-    ///
-    /// Time bound: O(log jobs) per dispatched node; see the table of the crate for the rest.
+    /// The next thing to do, or `None` until something happens or `poll_at` comes. Between two events it answers
+    /// at most once per lane and ended job. Time bound: O(log jobs) per dispatched node, else the module's table.
     #[must_use = "an action that is not carried out is lost"]
     #[inline]
     pub fn poll(&mut self, now: Instant) -> Option<Action> {
@@ -30,9 +28,7 @@ impl<C: Capacity> Scheduler<C> {
     }
 
     /// `complete` and the first `poll` in one, for a lane that asks for its own next unit: that lane is
-    /// preferred, so a chain stays where its data is.
-    ///
-    /// Always inlined: a host calls it in one place, in the loop of its lanes.
+    /// preferred, so a chain stays where its data is. Always inlined: it belongs in one place, the loop of a lane.
     ///
     /// # Errors
     /// As `complete`; nothing was polled then.
@@ -43,7 +39,7 @@ impl<C: Capacity> Scheduler<C> {
         self.next(now, 1 << unit.lane().index(), Ok)
     }
 
-    /// `answer` wraps the action where it is made: wrapped afterwards it would be copied.
+    // `answer` wraps the action where it is made: wrapped afterwards it would be copied.
     #[inline(always)]
     fn next<R>(&mut self, now: Instant, prefer: u32, answer: impl Fn(Option<Action>) -> R) -> R {
         if now >= self.alarm {
@@ -93,16 +89,14 @@ impl<C: Capacity> Scheduler<C> {
         let rank = self.head_of(slot, pool)?;
         let wanted = free & prefer;
         let lane = if wanted != 0 { wanted.trailing_zeros() } else { free.trailing_zeros() } as usize;
-        let version = self.version(slot);
-        let node = version.order[rank];
-        if !version.is_plain || self.pools[pool].limited {
+        let (version, limited) = (self.version(slot), self.pools[pool].limited);
+        if !version.is_plain || limited {
             cold_path();
-            let has_role = version.encoders.contains(rank) || version.decoders.contains(rank);
-            if has_role || self.pools[pool].limited {
+            if limited || version.encoders.contains(rank) || version.decoders.contains(rank) {
                 return self.start_special(slot, rank, lane);
             }
         }
-        Some(self.start(slot, rank, node, lane))
+        Some(self.start(slot, rank, version.order[rank], lane))
     }
 
     /// The job whose head is first, made the pool's current one.
@@ -119,19 +113,19 @@ impl<C: Capacity> Scheduler<C> {
 
     fn pick_among(&mut self, pool: usize) -> Option<usize> {
         let (queued, key) = self.pools[pool].queue.peek()?;
-        if let Some(current) = usize::from(self.pools[pool].current).checked_sub(1)
-            && let Some(rank) = self.head_of(current, pool)
+        let current = usize::from(self.pools[pool].current).checked_sub(1);
+        let own = current.and_then(|slot| Some((self.rank_key(slot, self.head_of(slot, pool)?), slot)));
+        if let Some((own, current)) = own
+            && own < key
         {
-            let own = self.rank_key(current, rank);
-            if own < key {
-                return Some(current);
-            }
-            self.pools[pool].queue.pop();
-            self.pools[pool].queue.push(current, own);
-        } else {
-            self.pools[pool].queue.pop();
+            return Some(current);
         }
-        self.pools[pool].current = queued as u8 + 1;
+        let pool = &mut self.pools[pool];
+        pool.queue.pop();
+        if let Some((own, current)) = own {
+            pool.queue.push(current, own);
+        }
+        pool.current = queued as u8 + 1;
         Some(queued)
     }
 }

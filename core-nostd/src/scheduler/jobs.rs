@@ -2,6 +2,7 @@
 
 use super::Scheduler;
 use super::action::{Outcome, ShedReason};
+use super::bits;
 use super::event::EventKind;
 use super::rank::Rank;
 use super::version::Version;
@@ -110,11 +111,7 @@ impl<C: Capacity> Scheduler<C> {
         if C::POOLS == 1 {
             self.requeue_in(slot, 0);
         } else {
-            let mut pools = self.version(slot).pool_mask;
-            while pools != 0 {
-                self.requeue_in(slot, pools.trailing_zeros() as usize);
-                pools &= pools - 1;
-            }
+            bits(self.version(slot).pool_mask.into()).for_each(|pool| self.requeue_in(slot, pool));
         }
     }
 
@@ -129,20 +126,15 @@ impl<C: Capacity> Scheduler<C> {
 
     /// A job that is not the pool's current one: in the queue iff it has something ready.
     fn requeue_other(&mut self, slot: usize, pool: usize) {
-        let head = self.head_of(slot, pool);
+        let key = self.head_of(slot, pool).map(|rank| self.rank_key(slot, rank));
         let current = usize::from(self.pools[pool].current);
-        let vacant = current == 0 || self.head_of(current - 1, pool).is_none();
-        match head {
-            Some(_) if vacant => {
-                self.pools[pool].queue.remove(slot);
-                self.pools[pool].current = slot as u8 + 1;
-            }
-            Some(rank) => {
-                let key = self.rank_key(slot, rank);
-                self.pools[pool].queue.push(slot, key);
-            }
-            None => {
-                self.pools[pool].queue.remove(slot);
+        let is_vacant = current == 0 || self.head_of(current - 1, pool).is_none();
+        let p = &mut self.pools[pool];
+        match key {
+            Some(key) if !is_vacant => p.queue.push(slot, key),
+            _ => {
+                p.queue.remove(slot);
+                p.current = if key.is_some() { slot as u8 + 1 } else { p.current };
             }
         }
     }
@@ -150,23 +142,20 @@ impl<C: Capacity> Scheduler<C> {
     /// Ends a job: completed (`None`) or given up. Its slot is free once the host took the outcome.
     #[inline(never)]
     pub(super) fn end_job(&mut self, slot: usize, shed: Option<ShedReason>) {
-        let (task, index) = (self.jobs[slot].task.index(), self.jobs[slot].index);
-        self.note_task(shed.map_or(EventKind::Ended, EventKind::Shed), task, index);
-        let version = usize::from(self.jobs[slot].version);
-        self.tasks[task].versions[version].users -= 1;
         self.in_flight &= !(1 << slot);
         self.ended |= 1 << slot;
         let job = &mut self.jobs[slot];
-        job.shed = shed;
-        job.at = self.now;
-        job.ready = NodeSet::EMPTY;
-        job.parked = NodeSet::EMPTY;
+        (job.shed, job.at) = (shed, self.now);
+        (job.ready, job.parked) = (NodeSet::EMPTY, NodeSet::EMPTY);
+        let (task, index) = (job.task.index(), job.index);
+        self.tasks[task].versions[usize::from(job.version)].users -= 1;
         for pool in self.pool_numbers() {
             self.pools[pool].queue.remove(slot);
             if usize::from(self.pools[pool].current) == slot + 1 {
                 self.pools[pool].current = 0;
             }
         }
+        self.note_task(shed.map_or(EventKind::Ended, EventKind::Shed), task, index);
         if shed.is_some() {
             self.abandon(slot);
         }
@@ -180,26 +169,15 @@ impl<C: Capacity> Scheduler<C> {
         self.slots().find(found).map(|slot| JobId::new(slot, self.jobs[slot].generation))
     }
 
-    /// Takes the outcome of one ended job; its place can be used again.
-    ///
-    /// `poll` hands outcomes out as well. Take them here before releasing into a full table.
+    /// Takes the outcome of one ended job; its place can be used again. `poll` hands outcomes out as well: take
+    /// them here before releasing into a full table.
     pub fn take_outcome(&mut self) -> Option<Outcome> {
-        if self.ended == 0 {
-            return None;
-        }
-        let slot = self.ended.trailing_zeros() as usize;
+        let slot = bits(self.ended).next()?;
         self.ended &= self.ended - 1;
         let job = &mut self.jobs[slot];
-        let generation = job.generation;
-        job.generation = generation.wrapping_add(1);
-        Some(Outcome {
-            job: JobId::new(slot, generation),
-            task: job.task,
-            index: job.index,
-            release: job.release,
-            deadline: job.deadline,
-            at: job.at,
-            shed: job.shed,
-        })
+        let id = JobId::new(slot, job.generation);
+        job.generation = job.generation.wrapping_add(1);
+        let Job { task, index, release, deadline, at, shed, .. } = *job;
+        Some(Outcome { job: id, task, index, release, deadline, at, shed })
     }
 }

@@ -1,10 +1,6 @@
 //! Layer 5: the state machine.
 //!
-//! One value, no clock, no threads. The host tells it what happened (`release`, `complete`, `fail`, `commit`)
-//! and asks what to do (`poll`) until the answer is `None`; then it sleeps until `poll_at` or the next event.
-//! Calls may come in any order and number between polls.
-//!
-//! A sub-job is in one state:
+//! Calls may come in any order and number between polls. A sub-job is in one state:
 //!
 //! ```text
 //!              (1)              (5)             (6)
@@ -73,18 +69,15 @@ crate::capacity::stored! {
     ///
     /// ```
     /// use red_core::{Action, Caps, Config, Dag, Duration, Instant, Node, Scheduler, Timing, Wcet};
-    /// type Robot = Caps<4, 16, 16>;
-    /// let mut dag = Dag::<Robot>::new();
+    /// let mut dag = Dag::<Caps<4, 16, 16>>::new();
     /// let camera = dag.add_node(Node::new(Wcet::from_millis(2)))?;
     /// let control = dag.add_node(Node::new(Wcet::from_millis(3)))?;
     /// dag.add_edge(camera, control)?;
-    ///
-    /// let mut scheduler = Scheduler::<Robot>::new(Config::REDRT);
+    /// let mut scheduler = Scheduler::new(Config::REDRT);
     /// let cruise = scheduler.add_task(&dag, Timing::new(Duration::from_millis(50)))?;
     /// assert!(scheduler.certificate(cruise).expect("admitted").fits());
     ///
-    /// let mut now = Instant::ZERO;
-    /// let mut order = Vec::new();
+    /// let (mut now, mut order) = (Instant::ZERO, Vec::new());
     /// scheduler.release(cruise, now)?;                           // 1. something happened: tell it
     /// loop {
     ///     let mut running = None;

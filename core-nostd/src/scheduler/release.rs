@@ -25,17 +25,14 @@ crate::error::errors! {
 }
 
 impl<C: Capacity> Scheduler<C> {
-    /// Releases a job of `task` now. Time bound: O(nodes).
-    ///
-    /// # Errors
-    /// [`ReleaseError`].
+    /// Releases a job of `task` now. Errors and time bound: as `release_at`.
     pub fn release(&mut self, task: TaskId, now: Instant) -> Result<JobId, ReleaseError> {
         self.release_at(task, now, None, now)
     }
 
     /// Releases a job whose release was at `release`, for hosts that learn of it later. `capture` is the number
     /// of the frame it reads; `None` takes the sensors' periods, and a capture of its own where a frame has no
-    /// sensor.
+    /// sensor. Time bound: O(nodes).
     ///
     /// # Errors
     /// [`ReleaseError`].
@@ -49,13 +46,12 @@ impl<C: Capacity> Scheduler<C> {
     ) -> Result<JobId, ReleaseError> {
         self.advance(now);
         let t = self.task_slot(task).ok_or(ReleaseError::UnknownTask)?;
-        let due =
-            release.checked_add(self.tasks[t].timing.deadline).filter(|d| d.as_nanos() <= i64::MAX as u64);
+        let task_entry = &mut self.tasks[t];
+        let due = release.checked_add(task_entry.timing.deadline).filter(|d| d.as_nanos() <= i64::MAX as u64);
         let deadline = due.ok_or(ReleaseError::Overflow)?;
-        let index = self.tasks[t].next_job;
-        self.tasks[t].next_job += 1;
-        let used = self.in_flight | self.ended;
-        let slot = used.trailing_ones() as usize;
+        let index = task_entry.next_job;
+        task_entry.next_job += 1;
+        let slot = (self.in_flight | self.ended).trailing_ones() as usize;
         if slot >= C::JOBS {
             self.note_task(EventKind::Refused, t, index);
             return Err(ReleaseError::Full);
@@ -65,8 +61,7 @@ impl<C: Capacity> Scheduler<C> {
         let version = &mut self.tasks[t].versions[usize::from(current)];
         version.users += 1;
         let job = &mut self.jobs[slot];
-        let generation = job.generation;
-        let key = release.as_nanos().cast_signed();
+        let (generation, key) = (job.generation, release.as_nanos().cast_signed());
         // Written in place: a literal of this size would be built elsewhere and copied.
         *job = Job::EMPTY;
         job.task = task;
@@ -83,9 +78,8 @@ impl<C: Capacity> Scheduler<C> {
         job.ready = version.sources;
         job.waiting_for = version.indegree;
         // Latest start before the epoch: that instant cannot be written, so the job counts as behind at once.
-        let lost = key < version.slack.saturating_neg();
-        job.behind = lost;
-        let has_encoders = !version.encoders.is_empty();
+        job.behind = key < version.slack.saturating_neg();
+        let (lost, has_encoders) = (job.behind, !version.encoders.is_empty());
         self.in_flight |= 1 << slot;
         self.note_task(EventKind::Released, t, index);
         self.watch(slot);
@@ -98,7 +92,7 @@ impl<C: Capacity> Scheduler<C> {
         if has_encoders {
             self.meet_outputs(slot);
         }
-        if self.config.residual() {
+        if self.residual {
             self.residual_key(slot);
         }
         self.changed(slot);
