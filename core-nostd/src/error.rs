@@ -1,7 +1,7 @@
 //! Small error enums beside the calls that return them. What a variant's doc says is what `Display` prints.
 
 macro_rules! errors {
-    ($(#[$meta:meta])* pub enum $t:ident { $($(#[doc = $text:literal])+ $variant:ident,)* }) => {
+    ($($(#[$meta:meta])* pub enum $t:ident { $($(#[doc = $text:literal])+ $variant:ident,)* })+) => { $(
         $(#[$meta])*
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -14,7 +14,7 @@ macro_rules! errors {
             }
         }
         impl core::error::Error for $t {}
-    };
+    )+ };
 }
 
 pub(crate) use errors;

@@ -42,9 +42,7 @@ crate::error::errors! {
         /// The sum of all costs would overflow 64 bits: the node's cost is not a time.
         WorkOverflow,
     }
-}
 
-crate::error::errors! {
     /// An edge could not be added. The graph is unchanged.
     pub enum EdgeError {
         /// The edge would close a cycle (a self edge is the shortest): the host's graph is not a DAG.

@@ -90,14 +90,7 @@ impl<C: Capacity> Scheduler<C> {
         })?;
         self.advance(now);
         let lanes = self.lanes_by_pool();
-        let task = &mut self.tasks[t];
-        let current = &task.versions[usize::from(task.current)];
-        let here = current.nodes();
-        // A version without jobs is replaced in place; else the other one becomes current.
-        if current.users > 0 {
-            task.current = 1 - task.current;
-        }
-        task.install(&levels, &here, &self.config, lanes.as_ref());
+        self.tasks[t].install(&levels, &self.config, lanes.as_ref());
         self.note_task(EventKind::Edited, t, 0);
         Ok(proof)
     }

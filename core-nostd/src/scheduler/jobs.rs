@@ -4,7 +4,7 @@ use super::Scheduler;
 use super::action::{Outcome, ShedReason};
 use super::bits;
 use super::event::EventKind;
-use super::rank::Rank;
+use super::pools::Rank;
 use super::version::Version;
 use crate::capacity::{Capacity, Empty};
 use crate::graph::{Node, NodeSet};

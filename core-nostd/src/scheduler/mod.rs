@@ -41,7 +41,6 @@ mod outlook;
 mod outputs;
 pub(crate) mod pools;
 mod preempt;
-mod rank;
 pub(crate) mod release;
 mod shed;
 pub(crate) mod status;

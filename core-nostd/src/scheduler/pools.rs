@@ -1,7 +1,6 @@
 //! Pools of lanes, and the sensors whose captures jobs share.
 
 use super::Scheduler;
-use super::rank::Rank;
 use crate::capacity::{Capacity, Empty};
 use crate::id::{PoolId, SensorId};
 use crate::ready_queue::ReadyQueue;
@@ -29,6 +28,25 @@ crate::capacity::stored! {
     }
 }
 
+crate::capacity::stored! {
+    /// Key of the queues, a total order of jobs by their most pressing ready nodes: absolute key, then release, then
+    /// task order, then job index.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+    pub(crate) struct Rank {
+        key: i64,
+        release: u64,
+        /// Task order in the high 8 bits, job index below.
+        tie: u64,
+    }
+}
+
+impl Rank {
+    #[inline(always)]
+    pub(crate) const fn new(key: i64, release: u64, task_order: usize, job_index: u64) -> Self {
+        Self { key, release, tie: (task_order as u64) << 56 | (job_index & ((1 << 56) - 1)) }
+    }
+}
+
 crate::error::errors! {
     /// A pool could not be added. Nothing changed.
     pub enum PoolError {
@@ -37,9 +55,7 @@ crate::error::errors! {
         /// More pools or lanes than the capacity.
         Full,
     }
-}
 
-crate::error::errors! {
     /// A sensor could not be added. Nothing changed.
     pub enum SensorError {
         /// A period is at least one nanosecond.

@@ -6,10 +6,10 @@
 
 use super::Scheduler;
 use super::action::{Action, Dispatch};
+use super::bits;
 use super::event::EventKind;
 use crate::capacity::{Capacity, Empty};
 use crate::graph::Divisibility;
-use crate::id::LaneId;
 use crate::time::Duration;
 
 crate::capacity::stored! {
@@ -28,36 +28,30 @@ impl<C: Capacity> Scheduler<C> {
     #[cold]
     pub(super) fn preempt(&mut self, pool: usize) -> Option<Action> {
         let slot = self.pick(pool)?;
-        let rank = self.head_of(slot, pool)?;
-        let head = self.rank_key(slot, rank);
-        let running = |lane: &usize| {
-            let l = &self.lanes[*lane];
+        let head = self.rank_key(slot, self.head_of(slot, pool)?);
+        let running = |lane: usize| {
+            let l = &self.lanes[lane];
             let (slot, rank) = (usize::from(l.slot), usize::from(l.rank));
-            let pinned = l.is_encoder || l.merged || l.members == 0;
-            !pinned && self.node(slot, rank).divisibility == Divisibility::Partitionable
+            let is_atomic = self.node(slot, rank).divisibility == Divisibility::Atomic;
+            let keeps_lane = is_atomic || l.is_encoder || l.merged || l.members == 0;
+            (!keeps_lane).then(|| (self.rank_key(slot, rank), rank, slot, lane))
         };
-        let key = |lane: &usize| {
-            let l = &self.lanes[*lane];
-            (self.rank_key(usize::from(l.slot), usize::from(l.rank)), l.rank)
-        };
-        let lanes = super::bits(self.pools[pool].lanes.into());
-        let lane = lanes.filter(running).max_by_key(key)?;
+        let (key, rank, slot, lane) = bits(self.pools[pool].lanes.into()).filter_map(running).max()?;
         let place = self.suspended.as_ref().iter().position(|s| s.slot == 0)?;
-        let l = self.lanes[lane];
-        let (victim, its_rank) = (usize::from(l.slot), usize::from(l.rank));
-        if self.rank_key(victim, its_rank) <= head {
+        if key <= head {
             return None;
         }
         let executed = self.executed_on(lane);
-        self.suspended[place] = Suspended { slot: l.slot + 1, rank: l.rank, executed };
-        self.note(EventKind::Preempted, victim, its_rank, lane);
+        self.suspended[place] = Suspended { slot: slot as u8 + 1, rank: rank as u8, executed };
+        self.note(EventKind::Preempted, slot, rank, lane);
+        let unit = self.lanes[lane].unit;
         self.free(lane);
-        let job = &mut self.jobs[victim];
-        job.running.remove(its_rank);
-        job.ready.insert(its_rank);
-        job.place[its_rank] = 0;
-        self.requeue(victim);
-        Some(Action::Preempt(Dispatch { unit: l.unit, lane: LaneId::new(lane as u8) }))
+        let job = &mut self.jobs[slot];
+        job.running.remove(rank);
+        job.ready.insert(rank);
+        job.place[rank] = 0;
+        self.requeue(slot);
+        Some(Action::Preempt(Dispatch { unit, lane: unit.lane() }))
     }
 
     /// How long the unit on a lane has run, earlier turns of a preempted one included.
@@ -68,10 +62,8 @@ impl<C: Capacity> Scheduler<C> {
 
     /// How long a suspended rank has run.
     pub(super) fn suspended_after(&self, slot: usize, rank: usize) -> Option<Duration> {
-        if !self.config.preempt {
-            return None;
-        }
-        Some(self.suspended[self.suspended_place(slot, rank)?].executed)
+        let place = if self.config.preempt { self.suspended_place(slot, rank)? } else { return None };
+        Some(self.suspended[place].executed)
     }
 
     /// Takes a rank out of the table when it starts again.

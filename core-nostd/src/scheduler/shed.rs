@@ -23,14 +23,9 @@ impl<C: Capacity> Scheduler<C> {
         while self.slots().any(|s| self.jobs[s].behind) {
             let droppable = |slot: &usize| !self.jobs[*slot].started && self.may_drop(*slot);
             let order = |slot: &usize| {
-                let job = &self.jobs[*slot];
+                let (job, work) = (&self.jobs[*slot], self.remaining_work(*slot));
                 let value = self.tasks[job.task.index()].timing.value;
-                (
-                    value,
-                    Reverse(self.remaining_work(*slot)),
-                    Reverse(job.release),
-                    Reverse((job.task.index(), job.index)),
-                )
+                (value, Reverse((work, job.release, job.task.index(), job.index)))
             };
             let Some(slot) = self.slots().filter(droppable).min_by_key(order) else { return };
             self.drop_by_choice(slot, ShedReason::Overload);
@@ -48,9 +43,8 @@ impl<C: Capacity> Scheduler<C> {
         loop {
             let this = &*self;
             let queued = this.slots().filter(|slot| this.may_drop(*slot)).flat_map(|slot| {
-                let key =
-                    move |rank| (this.urgency(slot, rank), Reverse((this.rank_key(slot, rank), rank)), slot);
-                this.jobs[slot].ready.iter().map(key)
+                let last = move |rank| Reverse((this.rank_key(slot, rank), rank));
+                this.jobs[slot].ready.iter().map(move |rank| (this.urgency(slot, rank), last(rank), slot))
             });
             let Some((_, _, slot)) = queued.min() else { return };
             self.drop_by_choice(slot, ShedReason::Urgency);
@@ -80,7 +74,7 @@ impl<C: Capacity> Scheduler<C> {
 
     fn urgency(&self, slot: usize, rank: usize) -> Urgency {
         let (job, version) = (&self.jobs[slot], self.version(slot));
-        let due = job.key_of(version, rank, self.config.residual()).max(0).cast_unsigned();
+        let due = job.key_of(version, rank, self.residual).max(0).cast_unsigned();
         Urgency::of(Instant::from_nanos(due).since(job.release), self.now.since(job.release))
     }
 }

@@ -8,7 +8,7 @@ use crate::analysis::Certificate;
 use crate::capacity::{Capacity, Empty};
 use crate::config::Config;
 use crate::deadlines::Estimator;
-use crate::graph::{Dag, Levels, Node, NodeSet};
+use crate::graph::{Dag, Levels, Node};
 use crate::id::{NodeId, TaskId};
 use crate::policy::Floor;
 use crate::time::{Duration, Instant};
@@ -114,7 +114,7 @@ impl<C: Capacity> Scheduler<C> {
         (task.admitted, task.current, task.revision, task.next_job, task.end) = (true, 0, 0, 0, 0);
         task.timing = timing;
         task.versions = [Version::EMPTY; 2];
-        task.install(&levels, &NodeSet::EMPTY, &self.config, lanes.as_ref());
+        task.install(&levels, &self.config, lanes.as_ref());
         Ok(TaskId::new(slot, task.generation))
     }
 
@@ -139,24 +139,16 @@ impl<C: Capacity> Scheduler<C> {
         Some(self.prove(&Levels::of(&dag), &self.tasks[task.index()].timing))
     }
 
-    /// A node of the task, in the newest graph or an older one that jobs in flight still have.
-    pub fn task_node(&self, task: TaskId, node: NodeId) -> Option<&Node> {
-        let t = &self.tasks[self.task_slot(task)?];
-        let used = t.versions.iter().any(|v| v.nodes().contains(node.index().min(C::NODES - 1)));
-        (node.index() < C::NODES && used).then(|| &t.nodes[node.index()])
-    }
-
-    /// What the node took so far.
-    pub fn estimate(&self, task: TaskId, node: NodeId) -> Option<&Estimator> {
-        self.task_node(task, node)?;
-        Some(&self.tasks[self.task_slot(task)?].estimates[node.index()])
+    /// A node of the task, in the newest graph or an older one that jobs in flight still have, and what it took.
+    pub fn task_node(&self, task: TaskId, node: NodeId) -> Option<(&Node, &Estimator)> {
+        let (t, place) = (&self.tasks[self.task_slot(task)?], node.index());
+        let is_used = place < C::NODES && t.versions.iter().any(|version| version.nodes().contains(place));
+        is_used.then(|| (&t.nodes[place], &t.estimates[place]))
     }
 
     pub(super) fn task_slot(&self, task: TaskId) -> Option<usize> {
-        let slot = task.index();
-        let known =
-            slot < C::TASKS && self.tasks[slot].admitted && self.tasks[slot].generation == task.generation();
-        known.then_some(slot)
+        let t = self.tasks.as_ref().get(task.index())?;
+        (t.admitted && t.generation == task.generation()).then_some(task.index())
     }
 }
 
@@ -168,20 +160,18 @@ impl<C: Capacity> Task<C> {
         if job.version == 0 { first } else { second }
     }
 
-    /// Takes a graph as the current version; nodes that are `here` already keep their samples.
-    pub(super) fn install(
-        &mut self,
-        levels: &Levels<'_, C>,
-        here: &NodeSet<C>,
-        config: &Config,
-        lanes: &[u8],
-    ) {
-        levels.places().for_each(|place| {
+    /// Takes a graph for jobs that are released from now on; nodes of the current one keep their samples.
+    pub(super) fn install(&mut self, levels: &Levels<'_, C>, config: &Config, lanes: &[u8]) {
+        let current = &self.versions[usize::from(self.current)];
+        let here = current.nodes();
+        // A version without jobs is replaced in place; else the other one becomes current.
+        self.current ^= u8::from(current.users > 0);
+        for place in levels.places() {
+            self.nodes[place] = *levels.dag.at(place);
             if !here.contains(place) {
                 self.estimates[place] = Estimator::new(levels.dag.at(place));
             }
-            self.nodes[place] = *levels.dag.at(place);
-        });
+        }
         self.end = self.end.max(levels.dag.end);
         self.revision = self.revision.wrapping_add(1);
         let version = &mut self.versions[usize::from(self.current)];

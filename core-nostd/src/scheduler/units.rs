@@ -85,11 +85,8 @@ impl<C: Capacity> Scheduler<C> {
     pub fn unit(&self, unit: UnitId) -> Option<Unit> {
         let lane = self.lane_of(unit)?;
         let l = &self.lanes[lane];
-        if l.members == 0 {
-            return None;
-        }
         let (slot, rank) = (usize::from(l.slot), usize::from(l.rank));
-        Some(Unit {
+        (l.members != 0).then(|| Unit {
             first: self.member(slot, rank),
             lane: LaneId::new(lane as u8),
             pool: PoolId::new(l.pool),
@@ -101,10 +98,9 @@ impl<C: Capacity> Scheduler<C> {
 
     /// The members of a unit that runs: one, or the encoders that share one execution.
     pub fn members(&self, unit: UnitId) -> impl Iterator<Item = Member> + '_ {
-        let lane = self.lane_of(unit);
-        let jobs = lane.map_or(0, |l| self.lanes[l].members);
-        bits(jobs).flat_map(move |slot| {
-            self.ranks_on(slot, lane.unwrap_or(0)).map(move |rank| self.member(slot, rank))
+        self.lane_of(unit).into_iter().flat_map(move |lane| {
+            let ranks = move |slot| self.ranks_on(slot, lane).map(move |rank| self.member(slot, rank));
+            bits(self.lanes[lane].members).flat_map(ranks)
         })
     }
 
@@ -158,12 +154,8 @@ impl<C: Capacity> Scheduler<C> {
         self.units += 1;
         let unit = UnitId::new(self.units, node, lane);
         let l = &mut self.lanes[lane];
-        l.unit = unit;
-        l.started = self.now;
-        l.members = 1 << slot;
-        l.slot = slot as u8;
-        l.rank = rank as u8;
-        l.output = 0;
+        (l.unit, l.started, l.members) = (unit, self.now, 1 << slot);
+        (l.slot, l.rank, l.output) = (slot as u8, rank as u8, 0);
         let free = &mut self.pools[usize::from(l.pool)].free;
         *free = if C::LANES == 1 { 0 } else { *free & !(1 << lane) };
         self.note_node(EventKind::Started, slot, NodeId::new(node), lane);

@@ -42,18 +42,12 @@ crate::capacity::stored! {
 
 impl<C: Capacity> Version<C> {
     /// Lays a graph out in place, which is large. Time bound: O(nodes log nodes + edges).
-    pub(super) fn lay_out(
-        &mut self,
-        levels: &Levels<'_, C>,
-        config: &Config,
-        deadline: Duration,
-        lanes: &[u8],
-    ) {
+    pub(super) fn lay_out(&mut self, levels: &Levels<'_, C>, config: &Config, due: Duration, lanes: &[u8]) {
         let (new, dag) = (self, levels.dag);
         // What is stored by rank is overwritten below, as far as anybody looks; the sets are filled.
         (new.sources, new.encoders, new.decoders) = (NodeSet::EMPTY, NodeSet::EMPTY, NodeSet::EMPTY);
         (new.in_pool, new.pool_mask, new.users) = (Empty::EMPTY, 0, 0);
-        let assigned = SubDeadlines::assign(levels, config.rule, deadline, lanes);
+        let assigned = SubDeadlines::assign(levels, config.rule, due, lanes);
         let sorted = Self::sorted(levels, |node| if config.residual() { 0 } else { assigned.key[node] });
         let len = dag.len();
         new.len = len as u16;
@@ -85,7 +79,7 @@ impl<C: Capacity> Version<C> {
         for (i, node) in levels.places().enumerate() {
             new.topological[i] = rank_of[node];
         }
-        new.slack = deadline.as_nanos().cast_signed().saturating_sub_unsigned(levels.critical_path());
+        new.slack = due.as_nanos().cast_signed().saturating_sub_unsigned(levels.critical_path());
     }
 
     /// Nodes by (key, node id); the node id is in the low 8 bits.

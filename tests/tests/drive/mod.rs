@@ -175,7 +175,7 @@ impl Drive {
     fn start(&mut self, started: Dispatch, now: u64) {
         let members = self.scheduler.members(started.unit);
         let wcet =
-            members.filter_map(|m| Some(self.scheduler.task_node(m.task, m.node)?.wcet().as_nanos())).max();
+            members.filter_map(|m| Some(self.scheduler.task_node(m.task, m.node)?.0.wcet().as_nanos())).max();
         let wcet = wcet.expect("a dispatched unit has a member");
         let took = u128::from(wcet) * u128::from(self.rng.within(self.percent.0, self.percent.1)) / 100;
         let finish = now.saturating_add(u64::try_from(took).unwrap_or(u64::MAX));

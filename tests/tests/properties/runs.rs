@@ -143,7 +143,7 @@ fn a_merged_unit_is_no_sample_of_a_member_that_costs_less() {
     assert_eq!(scheduler.members(started.unit).count(), 2);
     scheduler.complete(started.unit, Instant::from_nanos(5_000_000)).unwrap();
     assert_eq!(scheduler.counters().overruns, 0);
-    let sample = scheduler.estimate(tasks[0], NodeId::new(0)).unwrap().mean();
+    let sample = scheduler.task_node(tasks[0], NodeId::new(0)).unwrap().1.mean();
     assert_eq!(sample, None, "it did not execute alone");
 }
 
