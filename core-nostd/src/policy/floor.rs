@@ -20,7 +20,7 @@ crate::capacity::stored! {
     /// assert!(floor.permits(11));
     /// ```
     #[derive(Clone, Copy, Debug)]
-    #[repr(packed(8))] // Tasks hold many of these: 16-byte alignment would pad each.
+    #[repr(Rust, packed(8))] // Tasks hold many of these: 16-byte alignment would pad each.
     pub struct Floor {
         /// Dropped jobs; bit 0 is job `newest`.
         history: u128,
