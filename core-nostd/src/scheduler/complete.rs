@@ -168,13 +168,17 @@ impl<C: Capacity> Scheduler<C> {
         task.estimates[node.index()].push(executed);
         let overran = executed > task.nodes[node.index()].wcet.get();
         if overran | self.monitor.behind {
-            cold_path();
-            if overran {
-                self.counters.overruns += 1;
-                self.note_node(EventKind::Overran, slot, node, lane);
-            }
-            // A shorter window minimum may have left: jobs that were safe by it are looked at again.
-            self.alarm = Instant::ZERO;
+            self.look_closer(slot, node, lane, overran);
         }
+    }
+
+    #[cold]
+    fn look_closer(&mut self, slot: usize, node: NodeId, lane: usize, overran: bool) {
+        if overran {
+            self.counters.overruns += 1;
+            self.note_node(EventKind::Overran, slot, node, lane);
+        }
+        // A shorter window minimum may have left: jobs that were safe by it are looked at again.
+        self.alarm = Instant::ZERO;
     }
 }
