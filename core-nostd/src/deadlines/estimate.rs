@@ -11,7 +11,7 @@ use crate::time::Duration;
 pub(crate) const WINDOW: usize = 8;
 
 crate::capacity::stored! {
-    /// Mean, minimum and maximum of the last 8 executions of one node.
+    /// Mean and minimum of the last 8 executions of one node.
     ///
     /// ```
     /// use red_core::{Duration, Estimator, Node, Wcet};
@@ -52,29 +52,19 @@ impl Estimator {
     /// Mean, rounded down.
     pub fn mean(&self) -> Option<Duration> {
         let sum: u64 = self.taken().map(u64::from).sum();
-        let len = self.len() as u64;
-        (len > 0).then(|| self.unscale(sum / len.max(1)))
+        sum.checked_div(self.taken().len() as u64).map(|mean| self.unscaled(mean))
     }
 
     /// Shortest: the best case that was seen.
     pub fn minimum(&self) -> Option<Duration> {
-        self.taken().min().map(|s| self.unscale(u64::from(s)))
+        self.taken().min().map(|least| self.unscaled(least.into()))
     }
 
-    /// Longest.
-    pub fn maximum(&self) -> Option<Duration> {
-        self.taken().max().map(|s| self.unscale(u64::from(s)))
+    fn taken(&self) -> impl ExactSizeIterator<Item = u32> {
+        self.samples.into_iter().take(self.taken.into())
     }
 
-    fn len(&self) -> usize {
-        WINDOW.min(self.taken.into())
-    }
-
-    fn taken(&self) -> impl Iterator<Item = u32> {
-        self.samples.into_iter().take(self.len())
-    }
-
-    fn unscale(&self, scaled: u64) -> Duration {
-        Duration::from_nanos(scaled << self.shift)
+    fn unscaled(&self, sample: u64) -> Duration {
+        Duration::from_nanos(sample << self.shift)
     }
 }

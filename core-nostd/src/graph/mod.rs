@@ -9,7 +9,7 @@ pub(crate) mod tails;
 
 pub use dag::{Dag, EdgeError, NodeError};
 pub use levels::Levels;
-pub use node::{Divisibility, Frame, Node, Role};
+pub use node::{Frame, Node, Role};
 pub use node_set::NodeSet;
 pub use refine::{RefineError, Refined, refine};
 pub use tails::{critical_path, heads, tails};

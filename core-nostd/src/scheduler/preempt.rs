@@ -8,7 +8,6 @@ use super::Scheduler;
 use super::action::{Action, Dispatch};
 use super::event::EventKind;
 use crate::capacity::{Capacity, Empty};
-use crate::graph::Divisibility;
 use crate::id::LaneId;
 use crate::time::Duration;
 
@@ -34,7 +33,7 @@ impl<C: Capacity> Scheduler<C> {
             let l = &self.lanes[*lane];
             let (slot, rank) = (usize::from(l.slot), usize::from(l.rank));
             let pinned = l.is_encoder || l.merged || l.members == 0;
-            !pinned && self.node(slot, rank).divisibility == Divisibility::Partitionable
+            !pinned && !self.node(slot, rank).atomic
         };
         let key = |lane: &usize| {
             let l = &self.lanes[*lane];

@@ -179,9 +179,8 @@ impl<C: Capacity> Scheduler<C> {
 
     pub(super) fn task_slot(&self, task: TaskId) -> Option<usize> {
         let slot = task.index();
-        let known =
-            slot < C::TASKS && self.tasks[slot].admitted && self.tasks[slot].generation == task.generation();
-        known.then_some(slot)
+        let live = |t: &Task<C>| t.admitted && task == TaskId::new(slot, t.generation);
+        (slot < C::TASKS && live(&self.tasks[slot])).then_some(slot)
     }
 }
 

@@ -14,30 +14,29 @@
 
 use super::primitive::{AtomicU8, Ordering, constructor};
 
-/// Where a handler is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[repr(u8)]
-pub enum HandlerState {
-    /// Nothing to do.
-    Idle,
-    /// May be given a lane.
-    Ready,
-    /// Its body runs.
-    Running,
-    /// It waits for a transfer.
-    Io,
-    /// It waits for memory.
-    OutOfMemory,
-    /// Its body ended; the result may be read.
-    Done,
+crate::capacity::values! {
+    /// Where a handler is.
+    #[repr(u8)]
+    pub enum HandlerState {
+        /// Nothing to do.
+        Idle,
+        /// May be given a lane.
+        Ready,
+        /// Its body runs.
+        Running,
+        /// It waits for a transfer.
+        Io,
+        /// It waits for memory.
+        OutOfMemory,
+        /// Its body ended; the result may be read.
+        Done,
+    }
 }
 
 impl HandlerState {
     const ALL: [Self; 6] = [Self::Idle, Self::Ready, Self::Running, Self::Io, Self::OutOfMemory, Self::Done];
 
-    /// Whether a handler may go from `self` to `next`.
-    pub const fn may_become(self, next: Self) -> bool {
+    const fn may_become(self, next: Self) -> bool {
         matches!(
             (self, next),
             (Self::Idle, Self::Ready)
@@ -76,6 +75,7 @@ pub struct HandlerCell(AtomicU8);
 impl HandlerCell {
     constructor! {
         /// An idle handler.
+        #[expect(clippy::new_without_default, reason = "nothing is generic over it")]
         pub fn new() -> Self {
             Self(AtomicU8::new(HandlerState::Idle as u8))
         }
@@ -100,11 +100,5 @@ impl HandlerCell {
         // Acquire: pairs with the Release in `go`.
         let state = usize::from(self.0.load(Ordering::Acquire));
         HandlerState::ALL.get(state).copied().unwrap_or(HandlerState::Idle)
-    }
-}
-
-impl Default for HandlerCell {
-    fn default() -> Self {
-        Self::new()
     }
 }
