@@ -38,6 +38,7 @@ const ARITY: usize = 4;
 
 impl<K: Item + Ord, T: Store<K>, S: Store<u16>> ReadyQueue<K, T, S> {
     /// An empty queue.
+    #[expect(clippy::new_without_default, reason = "nothing is generic over it")]
     pub const fn new() -> Self {
         Self { keys: T::EMPTY, slots: S::EMPTY, places: S::EMPTY, len: 0, key: core::marker::PhantomData }
     }
@@ -67,22 +68,18 @@ impl<K: Item + Ord, T: Store<K>, S: Store<u16>> ReadyQueue<K, T, S> {
     /// Queues a slot; one that is queued already is re-keyed.
     #[inline]
     pub fn push(&mut self, slot: usize, key: K) {
-        if self.places[slot] != 0 {
-            self.rekey(slot, key);
-            return;
+        if !self.rekey(slot, key) {
+            let end = self.len();
+            self.len += 1;
+            self.rise(end, key, slot as u16);
         }
-        let end = self.len();
-        self.len += 1;
-        self.rise(end, key, slot as u16);
     }
 
     /// Takes the smallest key's slot.
     #[inline]
     pub fn pop(&mut self) -> Option<(usize, K)> {
-        let (slot, key) = self.peek()?;
-        self.take(0);
-        self.places[slot] = 0;
-        Some((slot, key))
+        let (slot, _) = self.peek()?;
+        Some((slot, self.take(0, slot)))
     }
 
     /// Gives a queued slot another key; `false` if it is not queued.
@@ -105,27 +102,26 @@ impl<K: Item + Ord, T: Store<K>, S: Store<u16>> ReadyQueue<K, T, S> {
 
     #[inline(never)]
     fn remove_at(&mut self, place: usize, slot: usize) -> K {
-        let key = self.keys[place];
-        self.take(place);
-        self.places[slot] = 0;
-        key
+        self.take(place, slot)
     }
 
-    /// Fills the hole at `place` with the last entry.
+    /// Takes the entry of `slot` from its place, and fills the hole with the last entry.
     #[inline(always)]
-    fn take(&mut self, place: usize) {
+    fn take(&mut self, place: usize, slot: usize) -> K {
+        let key = self.keys[place];
         self.len -= 1;
         let end = self.len();
         if place < end {
             self.settle(place, self.keys[end], self.slots[end]);
         }
+        self.places[slot] = 0;
+        key
     }
 
     /// Puts an entry into the hole at `place`, or where it belongs from there.
     #[inline(always)]
     fn settle(&mut self, place: usize, key: K, slot: u16) {
-        let parent = (place.max(1) - 1) / ARITY;
-        if place > 0 && key < self.keys[parent] {
+        if place > 0 && key < self.keys[parent(place)] {
             self.rise(place, key, slot);
         } else {
             self.sink(place, key, slot);
@@ -141,14 +137,10 @@ impl<K: Item + Ord, T: Store<K>, S: Store<u16>> ReadyQueue<K, T, S> {
 
     #[inline(always)]
     fn rise(&mut self, mut hole: usize, key: K, slot: u16) {
-        while hole > 0 {
-            let parent = (hole - 1) / ARITY;
-            let above = self.keys[parent];
-            if above <= key {
-                break;
-            }
-            self.put(hole, above, self.slots[parent]);
-            hole = parent;
+        while hole > 0 && key < self.keys[parent(hole)] {
+            let above = parent(hole);
+            self.put(hole, self.keys[above], self.slots[above]);
+            hole = above;
         }
         self.put(hole, key, slot);
     }
@@ -163,10 +155,10 @@ impl<K: Item + Ord, T: Store<K>, S: Store<u16>> ReadyQueue<K, T, S> {
                     let (ab, cd) = (usize::from(b < a), usize::from(d < c));
                     lesser((first + ab, b.min(a)), (first + 2 + cd, d.min(c)))
                 }
-                Some([a, rest @ ..]) => rest
-                    .iter()
-                    .zip(first + 1..)
-                    .fold((first, *a), |least, (k, place)| lesser(least, (place, *k))),
+                Some([a, rest @ ..]) => {
+                    let others = (first + 1..).zip(rest);
+                    others.fold((first, *a), |least, (place, k)| lesser(least, (place, *k)))
+                }
                 _ => break,
             };
             if key <= below {
@@ -179,17 +171,17 @@ impl<K: Item + Ord, T: Store<K>, S: Store<u16>> ReadyQueue<K, T, S> {
     }
 }
 
+/// The place above; of the root itself.
+#[inline(always)]
+const fn parent(place: usize) -> usize {
+    place.saturating_sub(1) / ARITY
+}
+
 /// The one with the smaller key, the first of equals. Which one it is cannot be predicted, so no branch.
 #[inline(always)]
 fn lesser<K: Copy + Ord>(one: (usize, K), other: (usize, K)) -> (usize, K) {
     let is_less = other.1 < one.1;
     (select_unpredictable(is_less, other.0, one.0), select_unpredictable(is_less, other.1, one.1))
-}
-
-impl<K: Item + Ord, T: Store<K>, S: Store<u16>> Default for ReadyQueue<K, T, S> {
-    fn default() -> Self {
-        Self::new()
-    }
 }
 
 impl<K: Item + Ord, T: Store<K>, S: Store<u16>> Empty for ReadyQueue<K, T, S> {

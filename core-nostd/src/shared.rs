@@ -9,9 +9,8 @@ use crate::scheduler::Scheduler;
 use crate::sync::{Exclusive, Mailbox, Post};
 use crate::time::Instant;
 
-crate::capacity::stored! {
+crate::capacity::values! {
     /// A release, asked for from outside of the lanes.
-    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub struct Request {
         /// Whose job.
         pub task: TaskId,
@@ -47,12 +46,7 @@ crate::capacity::stored! {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug)]
-pub struct SharedScheduler<
-    C: Capacity,
-    L: Exclusive<Scheduler<C>>,
-    const PRODUCERS: usize,
-    const DEPTH: usize,
-> {
+pub struct SharedScheduler<C: Capacity, L, const PRODUCERS: usize, const DEPTH: usize> {
     lock: L,
     mailboxes: [Mailbox<Request, DEPTH>; PRODUCERS],
     capacity: core::marker::PhantomData<C>,
@@ -71,20 +65,18 @@ impl<const DEPTH: usize> Requests<'_, DEPTH> {
     pub fn next(&mut self) -> Option<Request> {
         loop {
             let (first, rest) = self.mailboxes.split_first()?;
-            match if self.taken < DEPTH { first.pop() } else { None } {
-                Some(request) => {
-                    self.taken += 1;
-                    return Some(request);
-                }
-                None => *self = Self { mailboxes: rest, taken: 0 },
+            if self.taken < DEPTH
+                && let Some(request) = first.pop()
+            {
+                self.taken += 1;
+                return Some(request);
             }
+            *self = Self { mailboxes: rest, taken: 0 };
         }
     }
 }
 
-impl<C: Capacity, L: Exclusive<Scheduler<C>>, const PRODUCERS: usize, const DEPTH: usize>
-    SharedScheduler<C, L, PRODUCERS, DEPTH>
-{
+impl<C: Capacity, L: Exclusive<Scheduler<C>>, const P: usize, const D: usize> SharedScheduler<C, L, P, D> {
     /// Shares a scheduler.
     pub fn new(scheduler: Scheduler<C>) -> Self {
         Self {
@@ -95,13 +87,13 @@ impl<C: Capacity, L: Exclusive<Scheduler<C>>, const PRODUCERS: usize, const DEPT
     }
 
     /// The mailbox of a producer; `None` if there is no such one, or somebody has it.
-    pub fn producer(&self, number: usize) -> Option<Post<'_, Request, DEPTH>> {
+    pub fn producer(&self, number: usize) -> Option<Post<'_, Request, D>> {
         self.mailboxes.get(number)?.claim()
     }
 
     /// Runs `f` alone with the scheduler and the requests that arrived.
     #[inline]
-    pub fn with<R>(&self, f: impl FnOnce(&mut Scheduler<C>, &mut Requests<'_, DEPTH>) -> R) -> R {
+    pub fn with<R>(&self, f: impl FnOnce(&mut Scheduler<C>, &mut Requests<'_, D>) -> R) -> R {
         self.lock.with(|scheduler| f(scheduler, &mut Requests { mailboxes: &self.mailboxes, taken: 0 }))
     }
 }

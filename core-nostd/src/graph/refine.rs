@@ -69,14 +69,9 @@ pub fn refine<C: Capacity>(
     // Where each old node is now, as ranges: (first, how many).
     let mut place = <C::Nodes<u8>>::EMPTY;
     for old in dag.nodes() {
-        if old == stage {
-            place[old.index()] = new.add_node(encoder).map_err(full)?.index() as u8;
-            for decoder in decoders {
-                new.add_node(*decoder).map_err(full)?;
-            }
-        } else {
-            place[old.index()] = new.add_node(*dag.at(old.index())).map_err(full)?.index() as u8;
-        }
+        let (node, more) = if old == stage { (&encoder, decoders) } else { (dag.at(old.index()), &[][..]) };
+        place[old.index()] = new.add_node(*node).map_err(full)?.index() as u8;
+        more.iter().try_for_each(|decoder| new.add_node(*decoder).map(drop).map_err(full))?;
     }
     let first = place[stage.index()];
     let parts = first + 1..=first + decoders.len() as u8;

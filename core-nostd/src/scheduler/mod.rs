@@ -55,6 +55,7 @@ mod version;
 
 use crate::capacity::{Capacity, Empty};
 use crate::config::{Config, Reassign};
+use crate::graph::node_set::bits;
 use crate::policy::frame_cache::Output;
 use crate::time::{Duration, Instant};
 use core::hint::cold_path;
@@ -199,17 +200,6 @@ impl<C: Capacity> Scheduler<C> {
         self.now = now;
         now
     }
-}
-
-/// Numbers of the bits that are set, lowest first.
-fn bits(mut mask: u64) -> impl Iterator<Item = usize> + Clone {
-    core::iter::from_fn(move || {
-        let bit = mask.trailing_zeros() as usize;
-        (mask != 0).then(|| {
-            mask &= mask - 1;
-            bit
-        })
-    })
 }
 
 #[cfg(test)]

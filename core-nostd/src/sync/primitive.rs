@@ -42,9 +42,9 @@ pub(crate) use chosen::{AtomicU8, AtomicU32, Cell, Ordering, spin};
 
 /// Constructors that are `const` where the primitives' are: the checker's are not.
 macro_rules! constructor {
-    ($(#[$doc:meta])* $vis:vis fn $name:ident($($arg:ident: $t:ty),*) -> Self $body:block) => {
-        $(#[$doc])* #[cfg(not(loom))] #[must_use] $vis const fn $name($($arg: $t),*) -> Self $body
-        $(#[$doc])* #[cfg(loom)] #[must_use] $vis fn $name($($arg: $t),*) -> Self $body
+    ($(#[$doc:meta])* $vis:vis fn $($rest:tt)*) => {
+        $(#[$doc])* #[cfg(not(loom))] #[must_use] $vis const fn $($rest)*
+        $(#[$doc])* #[cfg(loom)] #[must_use] $vis fn $($rest)*
     };
 }
 pub(crate) use constructor;
