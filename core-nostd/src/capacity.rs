@@ -1,8 +1,6 @@
-//! Capacities: the only place with numbers.
-//!
-//! Everything that the executive stores has its place from the start; [`Caps`] says how many places. Tables mask
-//! or clamp their index, so that an access compiles without a branch to a panic; an index outside is a bug of
-//! this crate, and the debug build stops at it.
+//! Capacities: the only place with numbers. Everything that the executive stores has its place from the start;
+//! [`Caps`] says how many places. Tables mask or clamp their index, so that an access compiles without a branch to
+//! a panic; an index outside is a bug of this crate, and the debug build stops at it.
 
 use core::ops::{Index, IndexMut};
 
@@ -59,10 +57,6 @@ pub(crate) use {empty, numbers, stored, values};
 
 impl<T> Empty for Option<T> {
     const EMPTY: Self = None;
-}
-
-impl<A: Empty, B: Empty> Empty for (A, B) {
-    const EMPTY: Self = (A::EMPTY, B::EMPTY);
 }
 
 impl<T: Empty, const N: usize> Empty for [T; N] {

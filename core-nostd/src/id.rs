@@ -1,7 +1,5 @@
-//! Names of things: small integers, with a generation where a place is reused.
-//!
-//! A late message about an old job finds the generation changed and is refused as stale; it never reaches
-//! another job.
+//! Names of things: small integers, with a generation where a place is reused. A late message about an old job
+//! finds the generation changed and is refused as stale; it never reaches another job.
 
 macro_rules! generational {
     ($($(#[$doc:meta])* $t:ident)*) => { $(

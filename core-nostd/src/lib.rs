@@ -34,18 +34,13 @@ mod shared;
 pub mod sync;
 mod time;
 
-pub use analysis::{
-    Bound, Certificate, Demand, LevelCapacity, level_capacity, response_time, utilisation_slack,
-};
+pub use analysis::*;
 pub use capacity::{Capacity, Caps, Empty, Item, Store, Table};
 pub use config::{Admission, BestCase, Config, Gate, Late, Reassign, Shed};
-pub use deadlines::{DeadlineRule, Estimator, LevelShares, SubDeadlines, shares};
-pub use graph::{
-    Dag, EdgeError, Frame, Levels, Node, NodeError, NodeSet, RefineError, Refined, Role, critical_path,
-    heads, refine, tails,
-};
+pub use deadlines::*;
+pub use graph::*;
 pub use id::{JobId, LaneId, NodeId, PoolId, SensorId, TaskId, UnitId};
-pub use policy::{Floor, Overload};
+pub use policy::*;
 pub use ready_queue::ReadyQueue;
 pub use scheduler::Scheduler;
 pub use scheduler::action::{Action, Dispatch, Outcome, ShedReason};

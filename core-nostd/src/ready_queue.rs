@@ -3,8 +3,7 @@
 //! *Background.* EDF needs the smallest key; re-assignment and edits need to re-key and to remove an entry that
 //! is already queued, by name. *Rule.* Entries are (key, slot); `places` knows where each slot's entry is.
 //! *Why it holds.* Sifting keeps every parent at or below its children and writes `places` with every move.
-//! Ties are the key's business: the scheduler's keys are total.
-//! Time bound: push, pop, re-key, remove O(log4 N); peek O(1).
+//! Ties are the key's business. Time bound: push, pop, re-key, remove O(log4 N); peek O(1).
 
 use crate::capacity::{Empty, Item, Store};
 use core::hint::select_unpredictable;
@@ -12,19 +11,16 @@ use core::hint::select_unpredictable;
 /// An indexed priority queue of at most one entry per slot. Slots are small integers.
 ///
 /// ```
-/// use red_core::{Table, ReadyQueue};
-/// let mut queue = ReadyQueue::<u64, Table<_, 8>, Table<_, 8>>::new();
+/// let mut queue = red_core::ReadyQueue::<u64, red_core::Table<_, 8>, red_core::Table<_, 8>>::new();
 /// queue.push(3, 30);
 /// queue.push(5, 10);
 /// queue.rekey(3, 5);
 /// assert_eq!(queue.pop(), Some((3, 5)));
 /// assert_eq!(queue.remove(5), Some(10));
-/// assert!(queue.is_empty());
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct ReadyQueue<K: Item + Ord, T: Store<K>, S: Store<u16>> {
-    /// By place: the keys, and apart from them, so that the keys of four children are one load each from a dense
-    /// row, whose slots they are.
+    /// By place; the slots apart, so that the keys of four children are one load each from a dense row.
     keys: T,
     slots: S,
     /// By slot: its place plus one; 0 is "not queued".
@@ -85,11 +81,8 @@ impl<K: Item + Ord, T: Store<K>, S: Store<u16>> ReadyQueue<K, T, S> {
     /// Gives a queued slot another key; `false` if it is not queued.
     #[inline]
     pub fn rekey(&mut self, slot: usize, key: K) -> bool {
-        let place = self.places[slot];
-        if place == 0 {
-            return false;
-        }
-        self.settle(usize::from(place - 1), key, slot as u16);
+        let Some(place) = self.places[slot].checked_sub(1) else { return false };
+        self.settle(usize::from(place), key, slot as u16);
         true
     }
 

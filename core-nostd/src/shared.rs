@@ -1,7 +1,6 @@
-//! Layer 6: one scheduler for many lanes, the paper's global synchronizer.
-//!
-//! Lanes take the lock; everybody else posts a request into a mailbox of its own, and the next lane that has
-//! the lock applies it. So all inputs have one total order, that of the lock.
+//! Layer 6: one scheduler for many lanes, the paper's global synchronizer. Lanes take the lock; everybody else
+//! posts a request into a mailbox of its own, and the next lane that has the lock applies it. So all inputs have
+//! one total order, that of the lock.
 
 use crate::capacity::Capacity;
 use crate::id::TaskId;
@@ -26,16 +25,13 @@ crate::capacity::values! {
 /// ```
 /// use red_core::{Caps, Config, Dag, Duration, Instant, Node, Request, Scheduler, SharedScheduler, Timing, Wcet};
 /// use red_core::sync::TicketLock;
-/// type Robot = Caps<1, 8, 4>;
-/// let mut dag = Dag::<Robot>::new();
+/// let mut dag = Dag::<Caps<1, 8, 4>>::new();
 /// dag.add_node(Node::new(Wcet::from_millis(2)))?;
-/// let mut scheduler = Scheduler::<Robot>::new(Config::REDRT);
+/// let mut scheduler = Scheduler::new(Config::REDRT);
 /// let task = scheduler.add_task(&dag, Timing::new(Duration::from_millis(50)))?;
-/// let shared = SharedScheduler::<Robot, TicketLock<_>, 1, 8>::new(scheduler);
-///
+/// let shared = SharedScheduler::<_, TicketLock<_>, 1, 8>::new(scheduler);
 /// let camera = shared.producer(0).expect("free");            // a thread that is no lane
 /// camera.push(Request { task, at: Instant::ZERO, capture: None }).expect("not full");
-///
 /// let first = shared.with(|scheduler, requests| {            // a lane
 ///     while let Some(r) = requests.next() {
 ///         scheduler.release_at(r.task, r.at, r.capture, Instant::ZERO).expect("room");

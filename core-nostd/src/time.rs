@@ -1,7 +1,5 @@
-//! Integer time: instants, durations and signed differences in nanoseconds.
-//!
-//! There are no operators that could overflow: every sum says what happens at the end of the range. The
-//! epoch is the host's; on Linux it is that of `CLOCK_MONOTONIC`.
+//! Integer time in nanoseconds. There are no operators that could overflow: every sum says what happens at the end
+//! of the range. The epoch is the host's; on Linux it is that of `CLOCK_MONOTONIC`.
 
 use core::fmt;
 
@@ -45,6 +43,11 @@ macro_rules! nanoseconds {
             Self(ns)
         }
 
+        /// From milliseconds, saturating.
+        pub const fn from_millis(ms: $int) -> Self {
+            Self(ms.saturating_mul(1_000_000))
+        }
+
         /// In nanoseconds.
         pub const fn as_nanos(self) -> $int {
             self.0
@@ -52,16 +55,6 @@ macro_rules! nanoseconds {
     })* };
 }
 nanoseconds!(Instant(u64) Duration(u64) SignedDuration(i64) Wcet(u64) Contention(u64));
-
-macro_rules! from_millis {
-    ($($t:ident)*) => { $(impl $t {
-        /// From milliseconds, saturating.
-        pub const fn from_millis(ms: u64) -> Self {
-            Self(ms.saturating_mul(1_000_000))
-        }
-    })* };
-}
-from_millis!(Duration Wcet Contention);
 
 impl Instant {
     /// The end of time.
@@ -88,10 +81,15 @@ impl Instant {
     /// `self - other`, with its sign, saturating.
     #[must_use]
     pub const fn minus(self, other: Self) -> SignedDuration {
-        let end = if self.0 < other.0 { i64::MIN } else { i64::MAX };
         SignedDuration(match self.0.checked_signed_diff(other.0) {
             Some(ns) => ns,
-            None => end,
+            None => {
+                if self.0 < other.0 {
+                    i64::MIN
+                } else {
+                    i64::MAX
+                }
+            }
         })
     }
 }

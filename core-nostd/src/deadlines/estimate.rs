@@ -1,7 +1,5 @@
-//! What a node took: the last 8 executions alone.
-//!
-//! Samples are kept in 32 bits: exact below 4.29 s; for nodes with a longer WCET the low bits are dropped, so
-//! that the whole WCET fits (below one part in 10^9).
+//! What a node took: the last 8 executions alone. Samples are kept in 32 bits: exact below 4.29 s; for nodes with a
+//! longer WCET the low bits are dropped, so that the whole WCET fits (below one part in 10^9).
 
 use crate::capacity::Empty;
 use crate::graph::Node;
@@ -15,13 +13,10 @@ crate::capacity::stored! {
     ///
     /// ```
     /// use red_core::{Duration, Estimator, Node, Wcet};
-    /// let node = Node::new(Wcet::from_millis(10));
-    /// let mut window = Estimator::new(&node);
+    /// let mut window = Estimator::new(&Node::new(Wcet::from_millis(10)));
     /// assert_eq!(window.mean(), None); // before the first sample the WCET stands in
-    /// window.push(Duration::from_millis(4));
-    /// window.push(Duration::from_millis(8));
+    /// [4, 8].map(|ms| window.push(Duration::from_millis(ms)));
     /// assert_eq!(window.mean(), Some(Duration::from_millis(6)));
-    /// assert_eq!(window.minimum(), Some(Duration::from_millis(4)));
     /// ```
     #[derive(Clone, Copy, Debug)]
     pub struct Estimator {
@@ -42,9 +37,8 @@ impl Estimator {
     /// Takes a sample; the oldest of 8 goes. Time bound: O(1).
     #[inline]
     pub fn push(&mut self, executed: Duration) {
-        let scaled = executed.as_nanos() >> self.shift;
-        let next = usize::from(self.taken) % WINDOW;
-        self.samples[next] = if scaled > u64::from(u32::MAX) { u32::MAX } else { scaled as u32 };
+        let scaled = (executed.as_nanos() >> self.shift).min(u32::MAX.into());
+        self.samples[usize::from(self.taken) % WINDOW] = scaled as u32;
         // From 8 on the bit of 8 stays: 15 is followed by 8.
         self.taken = ((self.taken + 1) | (self.taken & WINDOW as u8)) % (2 * WINDOW as u8);
     }

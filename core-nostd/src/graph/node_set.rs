@@ -1,6 +1,5 @@
-//! A set of nodes, or of ranks: one bit each, in a few 64-bit words.
-//!
-//! Hot paths touch single words: a wide load after a narrow store stalls the store buffer.
+//! A set of nodes, or of ranks: one bit each, in a few 64-bit words. Hot paths touch single words: a wide load
+//! after a narrow store stalls the store buffer.
 
 use crate::capacity::{Capacity, Empty};
 
@@ -57,12 +56,6 @@ impl<C: Capacity> NodeSet<C> {
     #[inline(always)]
     pub fn first_in(&self, mask: &Self) -> Option<usize> {
         (0..Self::WORDS).find_map(|w| bits(self.0[w] & mask.0[w]).next().map(|bit| w * 64 + bit))
-    }
-
-    /// Whether the two share an element.
-    #[inline(always)]
-    pub fn meets(&self, other: &Self) -> bool {
-        (0..Self::WORDS).any(|w| self.0[w] & other.0[w] != 0)
     }
 
     /// The elements of both.

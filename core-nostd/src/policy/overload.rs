@@ -1,7 +1,5 @@
-//! The overload monitor's numbers and the paper's score.
-//!
-//! The paper calls its score criticality; in real-time theory that is a static assurance level, so the code
-//! says urgency.
+//! The overload monitor's numbers and the paper's score. The paper calls it criticality; in real-time theory
+//! that is a static assurance level, so the code says urgency.
 
 use crate::time::{Duration, Ppm};
 

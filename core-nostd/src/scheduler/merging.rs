@@ -59,7 +59,7 @@ impl<C: Capacity> Scheduler<C> {
         }
         if self.config.frame_cache && free.is_some() {
             for other in self.slots() {
-                if self.version(other).encoders.meets(&self.jobs[other].ready) {
+                if !self.version(other).encoders.and(&self.jobs[other].ready).is_empty() {
                     self.meet_outputs(other);
                     self.requeue(other);
                 }

@@ -159,7 +159,7 @@ impl<C: Capacity> Scheduler<C> {
 
     /// Sets up a scheduler in place, such as a `static`; everything it held is forgotten.
     pub fn configure(&mut self, config: Config) {
-        const { assert!(C::NODES * C::JOBS * C::LANES * C::POOLS > 0, "capacities are in range") };
+        const { assert!(C::TASKS * C::NODES * C::JOBS * C::LANES * C::POOLS > 0, "capacities are in range") };
         *self = Self::EMPTY;
         self.config = config;
         self.observes = config.observes();

@@ -1,16 +1,12 @@
 //! The handler state cell: the paper's local synchronizer (section 4.4, Fig. 6b).
 //!
 //! ```text
-//!            (1)         (2)            (5)
-//!   Idle ----------> Ready -----> Running -----> Done ---(6)---> Idle
-//!                      ^           |    ^
-//!                  (4) |       (3) |    | (3')
-//!                      |           v    |
-//!                 OutOfMemory <-- Io ---+
+//! Idle -> Ready -> Running -> Done -> Idle
+//! Running <-> Io                                    a transfer
+//! Running, Io -> OutOfMemory -> Ready, or Done      memory came, or the handler failed
 //! ```
 //!
-//! One thread drives the handler, others watch it. Only legal transitions happen; out of memory has a way out:
-//! back to ready, or failed to done.
+//! One thread drives the handler, others watch it. Only legal transitions happen.
 
 use super::primitive::{AtomicU8, Ordering, constructor};
 
@@ -37,15 +33,14 @@ impl HandlerState {
     const ALL: [Self; 6] = [Self::Idle, Self::Ready, Self::Running, Self::Io, Self::OutOfMemory, Self::Done];
 
     const fn may_become(self, next: Self) -> bool {
-        matches!(
-            (self, next),
-            (Self::Idle, Self::Ready)
-                | (Self::Ready, Self::Running)
-                | (Self::Running, Self::Io | Self::OutOfMemory | Self::Done)
-                | (Self::Io, Self::Running | Self::OutOfMemory)
-                | (Self::OutOfMemory, Self::Ready | Self::Done)
-                | (Self::Done, Self::Idle)
-        )
+        match self {
+            Self::Idle => matches!(next, Self::Ready),
+            Self::Ready => matches!(next, Self::Running),
+            Self::Running => matches!(next, Self::Io | Self::OutOfMemory | Self::Done),
+            Self::Io => matches!(next, Self::Running | Self::OutOfMemory),
+            Self::OutOfMemory => matches!(next, Self::Ready | Self::Done),
+            Self::Done => matches!(next, Self::Idle),
+        }
     }
 }
 
@@ -66,7 +61,6 @@ crate::error::errors! {
 /// let handler = HandlerCell::new();
 /// assert_eq!(handler.go(Idle, Ready), Ok(()));
 /// assert_eq!(handler.go(Ready, Done), Err(TransitionError::Illegal));
-/// assert_eq!(handler.go(Running, Done), Err(TransitionError::Elsewhere));
 /// assert_eq!(handler.state(), Ready);
 /// ```
 #[derive(Debug)]

@@ -10,13 +10,10 @@ use crate::capacity::Empty;
 /// A ring of `N` letters; `N` is a power of two.
 ///
 /// ```
-/// use red_core::sync::Mailbox;
-/// let mailbox = Mailbox::<u32, 2>::new();
+/// let mailbox = red_core::sync::Mailbox::<u32, 2>::new();
 /// let post = mailbox.claim().expect("nobody else has it");
 /// assert!(mailbox.claim().is_none()); // one producer
-/// assert_eq!(post.push(1), Ok(()));
-/// assert_eq!(post.push(2), Ok(()));
-/// assert_eq!(post.push(3), Err(3));   // full is told, nothing is lost
+/// assert_eq!([1, 2, 3].map(|letter| post.push(letter)), [Ok(()), Ok(()), Err(3)]); // full is told
 /// assert_eq!(mailbox.pop(), Some(1));
 /// ```
 #[derive(Debug)]

@@ -7,9 +7,8 @@
 //! | the holder of the lock | [`Mailbox::pop`] |
 //! | a handler and one observer | [`HandlerCell`] |
 //!
-//! A thread that spins on a lock whose holder it has preempted on the same CPU never returns. So under SCHED_FIFO a
-//! lane's CPU has no other contender, and everybody else goes through a mailbox. Hosts whose lanes share CPUs
-//! bring a priority-inheriting lock of their own ([`Exclusive`]).
+//! Under SCHED_FIFO a thread that spins on a lock whose holder it has preempted on the same CPU never returns. So a
+//! lane's CPU has no other contender. Hosts whose lanes share CPUs bring a priority-inheriting [`Exclusive`].
 
 mod handler;
 mod mailbox;
