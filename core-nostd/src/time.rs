@@ -83,13 +83,8 @@ impl Instant {
     pub const fn minus(self, other: Self) -> SignedDuration {
         SignedDuration(match self.0.checked_signed_diff(other.0) {
             Some(ns) => ns,
-            None => {
-                if self.0 < other.0 {
-                    i64::MIN
-                } else {
-                    i64::MAX
-                }
-            }
+            None if self.0 < other.0 => i64::MIN,
+            None => i64::MAX,
         })
     }
 }

@@ -2,6 +2,7 @@
 
 #[cfg(not(loom))]
 mod chosen {
+    pub(crate) use core::hint::spin_loop as spin;
     pub(crate) use core::sync::atomic::{AtomicU8, AtomicU32, Ordering};
 
     /// A cell whose exclusive access the caller guarantees.
@@ -19,23 +20,14 @@ mod chosen {
             f(self.0.get())
         }
     }
-
-    /// Tells the CPU that this is a spin loop.
-    #[inline(always)]
-    pub(crate) fn spin() {
-        core::hint::spin_loop();
-    }
 }
 
 #[cfg(loom)]
 mod chosen {
     pub(crate) use loom::cell::UnsafeCell as Cell;
     pub(crate) use loom::sync::atomic::{AtomicU8, AtomicU32, Ordering};
-
     /// The checker's scheduler is unfair: a spin loop must give way.
-    pub(crate) fn spin() {
-        loom::thread::yield_now();
-    }
+    pub(crate) use loom::thread::yield_now as spin;
 }
 
 pub(crate) use chosen::{AtomicU8, AtomicU32, Cell, Ordering, spin};
