@@ -1,8 +1,6 @@
-//! Capacities: the only place with numbers.
-//!
-//! Everything that the executive stores has its place from the start; [`Caps`] says how many places. Tables
-//! mask or clamp their index, so that an access compiles without a branch to a panic; an
-//! index outside is a bug of this crate, and the debug build stops at it.
+//! Capacities: the only place with numbers. Everything that the executive stores has its place from the start;
+//! [`Caps`] says how many places. Tables mask or clamp their index, so that an access compiles without a branch to
+//! a panic; an index outside is a bug of this crate, and the debug build stops at it.
 
 use core::ops::{Index, IndexMut};
 
@@ -29,41 +27,56 @@ macro_rules! stored {
         }
     };
 }
-pub(crate) use {empty, stored};
+
+/// Defines numbers of one kind each: mixing two does not compile.
+macro_rules! numbers {
+    ($($(#[$meta:meta])* pub struct $name:ident($vis:vis $int:ty);)*) => { $(
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+        $(#[$meta])* pub struct $name($vis $int);
+        $crate::capacity::empty!($name = Self(0));
+    )* };
+}
+
+/// Defines plain values. A struct is empty when all its fields are, an enum at its first variant.
+macro_rules! values {
+    (@empty struct $name:ident { $($(#[$meta:meta])* $vis:vis $field:ident: $t:ty,)* }) => {
+        $crate::capacity::empty!($name = Self { $($field: <$t as $crate::capacity::Empty>::EMPTY,)* });
+    };
+    (@empty enum $name:ident { $(#[$meta:meta])* $first:ident $($more:tt)* }) => {
+        $crate::capacity::empty!($name = Self::$first);
+    };
+    ($($(#[$meta:meta])* $vis:vis $kind:ident $name:ident $body:tt)*) => { $(
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+        $(#[$meta])* $vis $kind $name $body
+        $crate::capacity::values!(@empty $kind $name $body);
+    )* };
+}
+pub(crate) use {empty, numbers, stored, values};
 
 impl<T> Empty for Option<T> {
     const EMPTY: Self = None;
-}
-
-impl<A: Empty, B: Empty> Empty for (A, B) {
-    const EMPTY: Self = (A::EMPTY, B::EMPTY);
 }
 
 impl<T: Empty, const N: usize> Empty for [T; N] {
     const EMPTY: Self = [T::EMPTY; N];
 }
 
-/// An array whose index never panics: it is masked where the length is a power of two, else clamped to the last
-/// place.
+/// An array whose index never panics: masked where the length is a power of two, else clamped to the last place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Table<T, const N: usize>([T; N]);
 
 impl<T: Empty, const N: usize> Empty for Table<T, N> {
-    const EMPTY: Self = Self([T::EMPTY; N]);
+    const EMPTY: Self = Self(Empty::EMPTY);
 }
 
 impl<T, const N: usize> Table<T, N> {
     /// `i`, made one of the places.
     #[inline(always)]
-    const fn inside(i: usize) -> usize {
+    fn inside(i: usize) -> usize {
         debug_assert!(i < N, "index inside the capacity");
-        if N.is_power_of_two() {
-            i & (N - 1)
-        } else if i < N {
-            i
-        } else {
-            N - 1
-        }
+        if N.is_power_of_two() { i & (N - 1) } else { i.min(N - 1) }
     }
 }
 
@@ -148,7 +161,6 @@ pub trait Capacity: Copy + core::fmt::Debug + Send + Sync + 'static {
 /// ```
 ///
 /// A size that does not fit stops the build:
-///
 /// ```compile_fail
 /// type TooMany = red_core::Caps<1, 65, 1>;              // 65 nodes need WORDS = 2
 /// let scheduler = red_core::Scheduler::<TooMany>::new(red_core::Config::REDRT);
@@ -164,6 +176,12 @@ pub struct Caps<
     const EVENTS: usize = 0,
 >;
 
+/// `n`, or no build.
+const fn within(n: usize, most: usize, rule: &str) -> usize {
+    assert!(n >= 1 && n <= most, "{}", rule);
+    n
+}
+
 impl<
     const TASKS: usize,
     const NODES: usize,
@@ -174,24 +192,14 @@ impl<
     const EVENTS: usize,
 > Capacity for Caps<TASKS, NODES, JOBS, LANES, POOLS, WORDS, EVENTS>
 {
-    const TASKS: usize = TASKS;
+    const TASKS: usize = within(TASKS, 255, "TASKS is 1 to 255");
     const NODES: usize = {
-        assert!(NODES >= 1 && NODES <= 256, "NODES is 1 to 256");
         assert!(WORDS == NODES.div_ceil(64), "WORDS is NODES.div_ceil(64)");
-        NODES
+        within(NODES, 256, "NODES is 1 to 256")
     };
-    const JOBS: usize = {
-        assert!(JOBS >= 1 && JOBS <= 64, "JOBS is 1 to 64");
-        JOBS
-    };
-    const LANES: usize = {
-        assert!(LANES >= 1 && LANES <= 32, "LANES is 1 to 32");
-        LANES
-    };
-    const POOLS: usize = {
-        assert!(POOLS >= 1 && POOLS <= 32 && TASKS >= 1 && TASKS <= 255, "POOLS is 1 to 32, TASKS 1 to 255");
-        POOLS
-    };
+    const JOBS: usize = within(JOBS, 64, "JOBS is 1 to 64");
+    const LANES: usize = within(LANES, 32, "LANES is 1 to 32");
+    const POOLS: usize = within(POOLS, 32, "POOLS is 1 to 32");
     const EVENTS: usize = EVENTS;
     type Tasks<T: Item> = Table<T, TASKS>;
     type Nodes<T: Item> = Table<T, NODES>;

@@ -1,81 +1,63 @@
 //! What the executive does: a plain struct of integers, and the five named configurations.
 
+use crate::capacity::Empty;
 use crate::deadlines::DeadlineRule;
 use crate::policy::Overload;
 use crate::time::{Bytes, Duration};
 
-/// What must be done before a node may start.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Gate {
-    /// Its predecessors.
-    #[default]
-    Precedence,
-    /// Every node of a lower height, as the paper's level barrier has it.
-    Level,
-}
+crate::capacity::values! {
+    /// What must be done before a node may start.
+    pub enum Gate {
+        /// Its predecessors.
+        Precedence,
+        /// Every node of a lower height, as the paper's level barrier has it.
+        Level,
+    }
 
-/// When sub-deadlines of jobs in flight are computed again.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Reassign {
-    /// Only when the graph changes.
-    Never,
-    /// Level rules: the residual graph of every job, at each dispatch (paper section 4.3).
-    OnDispatch,
-    /// Level rules: the residual graph of a job when one of its nodes ended. Path rules keep their keys: they
-    /// change only with the graph.
-    #[default]
-    OnChange,
-}
+    /// When sub-deadlines of jobs in flight are computed again.
+    pub enum Reassign {
+        /// Only when the graph changes.
+        Never,
+        /// Level rules: the residual graph of every job, at each dispatch (paper section 4.3).
+        OnDispatch,
+        /// Level rules: the residual graph of a job when one of its nodes ended. Path rules keep their keys.
+        OnChange,
+    }
 
-/// Which jobs are given up.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Shed {
-    /// None.
-    Never,
-    /// The paper's ProactiveDrop: lowest urgency first, while the overload lasts.
-    LowestUrgency,
-    /// Provably dead jobs at once; under lasting overload the job of the lowest value.
-    #[default]
-    Hopeless,
-}
+    /// Which jobs are given up.
+    pub enum Shed {
+        /// None.
+        Never,
+        /// The paper's ProactiveDrop: lowest urgency first, while the overload lasts.
+        LowestUrgency,
+        /// Provably dead jobs at once; under lasting overload the job of the lowest value.
+        Hopeless,
+    }
 
-/// What happens to a job that is past its deadline.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Late {
-    /// It runs on; every remaining node is due at the deadline.
-    #[default]
-    Continue,
-    /// It is given up.
-    AbortJob,
-}
+    /// What happens to a job that is past its deadline.
+    pub enum Late {
+        /// It runs on; every remaining node is due at the deadline.
+        Continue,
+        /// It is given up.
+        AbortJob,
+    }
 
-/// Where best-case execution times come from.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum BestCase {
-    /// The shortest of the last 8 executions, the declared one before the first.
-    #[default]
-    Observed,
-    /// The declared one, always.
-    Declared,
-}
+    /// Where best-case execution times come from.
+    pub enum BestCase {
+        /// The shortest of the last 8 executions, the declared one before the first.
+        Observed,
+        /// The declared one, always.
+        Declared,
+    }
 
-/// What `add_task` and `commit` do with a task that does not fit.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Admission {
-    /// Accept it and return the certificate.
-    #[default]
-    Report,
-    /// Refuse it.
-    Enforce,
-}
+    /// What `add_task` and `commit` do with a task that does not fit.
+    pub enum Admission {
+        /// Accept it and return the certificate.
+        Report,
+        /// Refuse it.
+        Enforce,
+    }
 
-crate::capacity::stored! {
     /// Configuration of a scheduler.
     ///
     /// ```
@@ -83,8 +65,6 @@ crate::capacity::stored! {
     /// let ours = Config::REDRT.with_lanes(2);
     /// assert_eq!(ours.rule, DeadlineRule::LatestStart);
     /// ```
-    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-    #[cfg_attr(feature = "defmt", derive(defmt::Format))]
     pub struct Config {
         /// Lanes of the first pool.
         pub lanes: u8,
@@ -119,26 +99,11 @@ crate::capacity::stored! {
 }
 
 /// gamma: paper section 4.3.
-pub(crate) const PAPER_SKEW: Duration = Duration::from_millis(100);
+const PAPER_SKEW: Duration = Duration::from_millis(100);
 
 impl Config {
-    /// The paper's baseline: unrefined graphs, one deadline per job.
-    pub const EDF: Self = Self {
-        lanes: 1,
-        memory: None,
-        rule: DeadlineRule::EndToEnd,
-        gate: Gate::Precedence,
-        reassign: Reassign::Never,
-        refine: false,
-        merge_skew: None,
-        frame_cache: false,
-        shed: Shed::Never,
-        late: Late::Continue,
-        best_case: BestCase::Observed,
-        overload: Overload::PAPER,
-        admission: Admission::Report,
-        preempt: false,
-    };
+    /// The paper's baseline: unrefined graphs, one deadline per job, and nothing else.
+    pub const EDF: Self = Self { lanes: 1, overload: Overload::PAPER, ..Self::EMPTY };
 
     /// The paper's RED-FG: refined, level shares, level barrier.
     pub const RED_FG: Self =
@@ -158,7 +123,6 @@ impl Config {
     /// Ours: latest-start keys, precedence gating, merging, frame cache, hopeless-first shedding.
     pub const REDRT: Self = Self {
         rule: DeadlineRule::LatestStart,
-        gate: Gate::Precedence,
         reassign: Reassign::OnChange,
         frame_cache: true,
         shed: Shed::Hopeless,
@@ -189,12 +153,4 @@ impl Config {
     }
 }
 
-crate::capacity::empty!(
-    Gate = Self::Precedence,
-    Reassign = Self::Never,
-    Shed = Self::Never,
-    Late = Self::Continue,
-    BestCase = Self::Observed,
-    Admission = Self::Report,
-    DeadlineRule = Self::EndToEnd
-);
+crate::capacity::empty!(DeadlineRule = Self::EndToEnd);

@@ -1,16 +1,13 @@
-//! Names of things: small integers, with a generation where a place is reused.
-//!
-//! A late message about an old job finds the generation changed and is refused as stale; it never reaches
-//! another job.
-
-use crate::capacity::Empty;
+//! Names of things: small integers, with a generation where a place is reused. A late message about an old job
+//! finds the generation changed and is refused as stale; it never reaches another job.
 
 macro_rules! generational {
-    ($(#[$doc:meta])* $t:ident) => {
-        $(#[$doc])*
-        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
-        #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-        pub struct $t { index: u16, generation: u16 }
+    ($($(#[$doc:meta])* $t:ident)*) => { $(
+        crate::capacity::values! {
+            $(#[$doc])*
+            #[derive(Default, PartialOrd, Ord, Hash)]
+            pub struct $t { index: u16, generation: u16, }
+        }
 
         impl $t {
             pub(crate) const fn new(index: usize, generation: u16) -> Self {
@@ -20,11 +17,6 @@ macro_rules! generational {
             /// The place, counted from 0.
             pub const fn index(self) -> usize {
                 self.index as usize
-            }
-
-            /// How often the place was reused.
-            pub const fn generation(self) -> u16 {
-                self.generation
             }
 
             /// One integer, for a C ABI.
@@ -37,28 +29,19 @@ macro_rules! generational {
                 Self { index: bits as u16, generation: (bits >> 16) as u16 }
             }
         }
-
-        impl Empty for $t {
-            const EMPTY: Self = Self { index: 0, generation: 0 };
-        }
-    };
+    )* };
 }
 
-generational!(
+generational! {
     /// An admitted task.
     TaskId
-);
-generational!(
     /// One release of a task, in flight.
     JobId
-);
+}
 
 macro_rules! plain {
     ($($(#[$doc:meta])* $t:ident)*) => { $(
-        $(#[$doc])*
-        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
-        #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-        pub struct $t(u8);
+        crate::capacity::numbers! { $(#[$doc])* pub struct $t(u8); }
 
         impl $t {
             /// The `index`-th, counted from 0.
@@ -70,10 +53,6 @@ macro_rules! plain {
             pub const fn index(self) -> usize {
                 self.0 as usize
             }
-        }
-
-        impl Empty for $t {
-            const EMPTY: Self = Self(0);
         }
     )* };
 }
@@ -89,12 +68,12 @@ plain! {
     SensorId
 }
 
-/// A dispatched unit: which lane, which sub-job, and the how-manieth unit of that lane.
-///
-/// Bits 0..8 lane, 8..16 node, 16..64 sequence number: a handle is used once.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct UnitId(u64);
+crate::capacity::numbers! {
+    /// A dispatched unit: which lane, which sub-job, and the how-manieth unit of that lane.
+    ///
+    /// Bits 0..8 lane, 8..16 node, 16..64 sequence number: a handle is used once.
+    pub struct UnitId(u64);
+}
 
 impl UnitId {
     #[inline(always)]
@@ -121,8 +100,4 @@ impl UnitId {
     pub const fn from_bits(bits: u64) -> Self {
         Self(bits)
     }
-}
-
-impl Empty for UnitId {
-    const EMPTY: Self = Self(0);
 }

@@ -3,7 +3,7 @@
 //! No allocation, no floats, no clock, no threads: the host brings time and lanes. Every capacity is in the type
 //! ([`Caps`]), every public call returns a typed error and changes nothing when it fails.
 //!
-//! The loop of every host, in six steps:
+//! The loop of every host:
 //!
 //! 1. something happened: tell it ([`Scheduler::release`], [`Scheduler::complete`], [`Scheduler::fail`],
 //!    [`Scheduler::commit`]), all events of one instant before the next step;
@@ -13,18 +13,9 @@
 //! 5. sleep until [`Scheduler::poll_at`] or until something happens;
 //! 6. go to 1.
 //!
-//! Modules use only what stands above them:
-//!
-//! | layer | module | idea |
-//! |---|---|---|
-//! | 0 | `time`, `id`, `capacity`, `fmt`, `error` | words |
-//! | 1 | `graph` | acyclic graphs, heights, longest paths, MIMONet refinement |
-//! | 2 | `deadlines`, `analysis` | sub-deadlines; admission and its certificate |
-//! | 3 | `ready_queue` | the indexed EDF heap |
-//! | 4 | `policy`, `config` | pure rules: merge, frame keys, floors, overload; the named configurations |
-//! | 5 | `scheduler` | the state machine |
-//! | 6 | `shared` | one scheduler for many lanes: lock and mailboxes |
-//! | beside | `sync` | ticket lock, mailbox, handler state; uses layer 0 only |
+//! Modules in layers, each of which uses its own and those before it: words (`time`, `id`, `capacity`, `fmt`,
+//! `error`); `graph`; `deadlines` and `analysis`; `ready_queue`; `policy` and `config`; `scheduler`, the state
+//! machine; `shared`, one scheduler for many lanes. Beside them `sync` uses words only.
 #![cfg_attr(not(any(test, loom)), no_std)]
 #![deny(unsafe_code)]
 
@@ -43,17 +34,13 @@ mod shared;
 pub mod sync;
 mod time;
 
-pub use analysis::{
-    Bound, Certificate, Demand, LevelCapacity, level_capacity, response_time, utilisation_slack,
-};
+pub use analysis::*;
 pub use capacity::{Capacity, Caps, Empty, Item, Store, Table};
 pub use config::{Admission, BestCase, Config, Gate, Late, Reassign, Shed};
-pub use deadlines::{DeadlineRule, Estimator, LevelShare, SubDeadlines, shares};
-pub use graph::{
-    Dag, Divisibility, EdgeError, Frame, Levels, Node, NodeError, NodeSet, RefineError, Refined, Role, refine,
-};
+pub use deadlines::*;
+pub use graph::*;
 pub use id::{JobId, LaneId, NodeId, PoolId, SensorId, TaskId, UnitId};
-pub use policy::{Floor, Overload, Urgency};
+pub use policy::*;
 pub use ready_queue::ReadyQueue;
 pub use scheduler::Scheduler;
 pub use scheduler::action::{Action, Dispatch, Outcome, ShedReason};
@@ -66,4 +53,4 @@ pub use scheduler::status::Counters;
 pub use scheduler::tasks::{AddTaskError, Timing};
 pub use scheduler::units::{Member, Unit};
 pub use shared::{Request, Requests, SharedScheduler};
-pub use time::{Bytes, Contention, CostEstimate, Duration, Instant, Ppm, SignedDuration, Wcet};
+pub use time::{Bytes, Contention, Duration, Instant, Ppm, SignedDuration, Wcet};

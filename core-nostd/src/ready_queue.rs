@@ -3,8 +3,7 @@
 //! *Background.* EDF needs the smallest key; re-assignment and edits need to re-key and to remove an entry that
 //! is already queued, by name. *Rule.* Entries are (key, slot); `places` knows where each slot's entry is.
 //! *Why it holds.* Sifting keeps every parent at or below its children and writes `places` with every move.
-//! Ties are the key's business: the scheduler's keys are total.
-//! Time bound: push, pop, re-key, remove O(log4 N); peek O(1).
+//! Ties are the key's business. Time bound: push, pop, re-key, remove O(log4 N); peek O(1).
 
 use crate::capacity::{Empty, Item, Store};
 use core::hint::select_unpredictable;
@@ -12,19 +11,16 @@ use core::hint::select_unpredictable;
 /// An indexed priority queue of at most one entry per slot. Slots are small integers.
 ///
 /// ```
-/// use red_core::{Table, ReadyQueue};
-/// let mut queue = ReadyQueue::<u64, Table<_, 8>, Table<_, 8>>::new();
+/// let mut queue = red_core::ReadyQueue::<u64, red_core::Table<_, 8>, red_core::Table<_, 8>>::new();
 /// queue.push(3, 30);
 /// queue.push(5, 10);
 /// queue.rekey(3, 5);
 /// assert_eq!(queue.pop(), Some((3, 5)));
 /// assert_eq!(queue.remove(5), Some(10));
-/// assert!(queue.is_empty());
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct ReadyQueue<K: Item + Ord, T: Store<K>, S: Store<u16>> {
-    /// By place: the keys, and apart from them, so that the keys of four children are one load each from a dense
-    /// row, whose slots they are.
+    /// By place; the slots apart, so that the keys of four children are one load each from a dense row.
     keys: T,
     slots: S,
     /// By slot: its place plus one; 0 is "not queued".
@@ -38,6 +34,7 @@ const ARITY: usize = 4;
 
 impl<K: Item + Ord, T: Store<K>, S: Store<u16>> ReadyQueue<K, T, S> {
     /// An empty queue.
+    #[expect(clippy::new_without_default, reason = "nothing is generic over it")]
     pub const fn new() -> Self {
         Self { keys: T::EMPTY, slots: S::EMPTY, places: S::EMPTY, len: 0, key: core::marker::PhantomData }
     }
@@ -67,32 +64,25 @@ impl<K: Item + Ord, T: Store<K>, S: Store<u16>> ReadyQueue<K, T, S> {
     /// Queues a slot; one that is queued already is re-keyed.
     #[inline]
     pub fn push(&mut self, slot: usize, key: K) {
-        if self.places[slot] != 0 {
-            self.rekey(slot, key);
-            return;
+        if !self.rekey(slot, key) {
+            let end = self.len();
+            self.len += 1;
+            self.rise(end, key, slot as u16);
         }
-        let end = self.len();
-        self.len += 1;
-        self.rise(end, key, slot as u16);
     }
 
     /// Takes the smallest key's slot.
     #[inline]
     pub fn pop(&mut self) -> Option<(usize, K)> {
-        let (slot, key) = self.peek()?;
-        self.take(0);
-        self.places[slot] = 0;
-        Some((slot, key))
+        let (slot, _) = self.peek()?;
+        Some((slot, self.take(0, slot)))
     }
 
     /// Gives a queued slot another key; `false` if it is not queued.
     #[inline]
     pub fn rekey(&mut self, slot: usize, key: K) -> bool {
-        let place = self.places[slot];
-        if place == 0 {
-            return false;
-        }
-        self.settle(usize::from(place - 1), key, slot as u16);
+        let Some(place) = self.places[slot].checked_sub(1) else { return false };
+        self.settle(usize::from(place), key, slot as u16);
         true
     }
 
@@ -105,27 +95,26 @@ impl<K: Item + Ord, T: Store<K>, S: Store<u16>> ReadyQueue<K, T, S> {
 
     #[inline(never)]
     fn remove_at(&mut self, place: usize, slot: usize) -> K {
-        let key = self.keys[place];
-        self.take(place);
-        self.places[slot] = 0;
-        key
+        self.take(place, slot)
     }
 
-    /// Fills the hole at `place` with the last entry.
+    /// Takes the entry of `slot` from its place, and fills the hole with the last entry.
     #[inline(always)]
-    fn take(&mut self, place: usize) {
+    fn take(&mut self, place: usize, slot: usize) -> K {
+        let key = self.keys[place];
         self.len -= 1;
         let end = self.len();
         if place < end {
             self.settle(place, self.keys[end], self.slots[end]);
         }
+        self.places[slot] = 0;
+        key
     }
 
     /// Puts an entry into the hole at `place`, or where it belongs from there.
     #[inline(always)]
     fn settle(&mut self, place: usize, key: K, slot: u16) {
-        let parent = (place.max(1) - 1) / ARITY;
-        if place > 0 && key < self.keys[parent] {
+        if place > 0 && key < self.keys[parent(place)] {
             self.rise(place, key, slot);
         } else {
             self.sink(place, key, slot);
@@ -141,14 +130,10 @@ impl<K: Item + Ord, T: Store<K>, S: Store<u16>> ReadyQueue<K, T, S> {
 
     #[inline(always)]
     fn rise(&mut self, mut hole: usize, key: K, slot: u16) {
-        while hole > 0 {
-            let parent = (hole - 1) / ARITY;
-            let above = self.keys[parent];
-            if above <= key {
-                break;
-            }
-            self.put(hole, above, self.slots[parent]);
-            hole = parent;
+        while hole > 0 && key < self.keys[parent(hole)] {
+            let above = parent(hole);
+            self.put(hole, self.keys[above], self.slots[above]);
+            hole = above;
         }
         self.put(hole, key, slot);
     }
@@ -163,10 +148,10 @@ impl<K: Item + Ord, T: Store<K>, S: Store<u16>> ReadyQueue<K, T, S> {
                     let (ab, cd) = (usize::from(b < a), usize::from(d < c));
                     lesser((first + ab, b.min(a)), (first + 2 + cd, d.min(c)))
                 }
-                Some([a, rest @ ..]) => rest
-                    .iter()
-                    .zip(first + 1..)
-                    .fold((first, *a), |least, (k, place)| lesser(least, (place, *k))),
+                Some([a, rest @ ..]) => {
+                    let others = (first + 1..).zip(rest);
+                    others.fold((first, *a), |least, (place, k)| lesser(least, (place, *k)))
+                }
                 _ => break,
             };
             if key <= below {
@@ -179,17 +164,17 @@ impl<K: Item + Ord, T: Store<K>, S: Store<u16>> ReadyQueue<K, T, S> {
     }
 }
 
+/// The place above; of the root itself.
+#[inline(always)]
+const fn parent(place: usize) -> usize {
+    place.saturating_sub(1) / ARITY
+}
+
 /// The one with the smaller key, the first of equals. Which one it is cannot be predicted, so no branch.
 #[inline(always)]
 fn lesser<K: Copy + Ord>(one: (usize, K), other: (usize, K)) -> (usize, K) {
     let is_less = other.1 < one.1;
     (select_unpredictable(is_less, other.0, one.0), select_unpredictable(is_less, other.1, one.1))
-}
-
-impl<K: Item + Ord, T: Store<K>, S: Store<u16>> Default for ReadyQueue<K, T, S> {
-    fn default() -> Self {
-        Self::new()
-    }
 }
 
 impl<K: Item + Ord, T: Store<K>, S: Store<u16>> Empty for ReadyQueue<K, T, S> {

@@ -1,7 +1,6 @@
-//! Layer 6: one scheduler for many lanes, the paper's global synchronizer.
-//!
-//! Lanes take the lock; everybody else posts a request into a mailbox of its own, and the next lane that has
-//! the lock applies it. So all inputs have one total order, that of the lock.
+//! Layer 6: one scheduler for many lanes, the paper's global synchronizer. Lanes take the lock; everybody else
+//! posts a request into a mailbox of its own, and the next lane that has the lock applies it. So all inputs have
+//! one total order, that of the lock.
 
 use crate::capacity::Capacity;
 use crate::id::TaskId;
@@ -9,9 +8,8 @@ use crate::scheduler::Scheduler;
 use crate::sync::{Exclusive, Mailbox, Post};
 use crate::time::Instant;
 
-crate::capacity::stored! {
+crate::capacity::values! {
     /// A release, asked for from outside of the lanes.
-    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub struct Request {
         /// Whose job.
         pub task: TaskId,
@@ -27,16 +25,13 @@ crate::capacity::stored! {
 /// ```
 /// use red_core::{Caps, Config, Dag, Duration, Instant, Node, Request, Scheduler, SharedScheduler, Timing, Wcet};
 /// use red_core::sync::TicketLock;
-/// type Robot = Caps<1, 8, 4>;
-/// let mut dag = Dag::<Robot>::new();
+/// let mut dag = Dag::<Caps<1, 8, 4>>::new();
 /// dag.add_node(Node::new(Wcet::from_millis(2)))?;
-/// let mut scheduler = Scheduler::<Robot>::new(Config::REDRT);
+/// let mut scheduler = Scheduler::new(Config::REDRT);
 /// let task = scheduler.add_task(&dag, Timing::new(Duration::from_millis(50)))?;
-/// let shared = SharedScheduler::<Robot, TicketLock<_>, 1, 8>::new(scheduler);
-///
+/// let shared = SharedScheduler::<_, TicketLock<_>, 1, 8>::new(scheduler);
 /// let camera = shared.producer(0).expect("free");            // a thread that is no lane
 /// camera.push(Request { task, at: Instant::ZERO, capture: None }).expect("not full");
-///
 /// let first = shared.with(|scheduler, requests| {            // a lane
 ///     while let Some(r) = requests.next() {
 ///         scheduler.release_at(r.task, r.at, r.capture, Instant::ZERO).expect("room");
@@ -47,12 +42,7 @@ crate::capacity::stored! {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug)]
-pub struct SharedScheduler<
-    C: Capacity,
-    L: Exclusive<Scheduler<C>>,
-    const PRODUCERS: usize,
-    const DEPTH: usize,
-> {
+pub struct SharedScheduler<C: Capacity, L, const PRODUCERS: usize, const DEPTH: usize> {
     lock: L,
     mailboxes: [Mailbox<Request, DEPTH>; PRODUCERS],
     capacity: core::marker::PhantomData<C>,
@@ -71,20 +61,18 @@ impl<const DEPTH: usize> Requests<'_, DEPTH> {
     pub fn next(&mut self) -> Option<Request> {
         loop {
             let (first, rest) = self.mailboxes.split_first()?;
-            match if self.taken < DEPTH { first.pop() } else { None } {
-                Some(request) => {
-                    self.taken += 1;
-                    return Some(request);
-                }
-                None => *self = Self { mailboxes: rest, taken: 0 },
+            if self.taken < DEPTH
+                && let Some(request) = first.pop()
+            {
+                self.taken += 1;
+                return Some(request);
             }
+            *self = Self { mailboxes: rest, taken: 0 };
         }
     }
 }
 
-impl<C: Capacity, L: Exclusive<Scheduler<C>>, const PRODUCERS: usize, const DEPTH: usize>
-    SharedScheduler<C, L, PRODUCERS, DEPTH>
-{
+impl<C: Capacity, L: Exclusive<Scheduler<C>>, const P: usize, const D: usize> SharedScheduler<C, L, P, D> {
     /// Shares a scheduler.
     pub fn new(scheduler: Scheduler<C>) -> Self {
         Self {
@@ -95,13 +83,13 @@ impl<C: Capacity, L: Exclusive<Scheduler<C>>, const PRODUCERS: usize, const DEPT
     }
 
     /// The mailbox of a producer; `None` if there is no such one, or somebody has it.
-    pub fn producer(&self, number: usize) -> Option<Post<'_, Request, DEPTH>> {
+    pub fn producer(&self, number: usize) -> Option<Post<'_, Request, D>> {
         self.mailboxes.get(number)?.claim()
     }
 
     /// Runs `f` alone with the scheduler and the requests that arrived.
     #[inline]
-    pub fn with<R>(&self, f: impl FnOnce(&mut Scheduler<C>, &mut Requests<'_, DEPTH>) -> R) -> R {
+    pub fn with<R>(&self, f: impl FnOnce(&mut Scheduler<C>, &mut Requests<'_, D>) -> R) -> R {
         self.lock.with(|scheduler| f(scheduler, &mut Requests { mailboxes: &self.mailboxes, taken: 0 }))
     }
 }

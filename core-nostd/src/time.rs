@@ -1,87 +1,69 @@
-//! Integer time: instants, durations and signed differences in nanoseconds.
-//!
-//! There are no operators that could overflow: every sum says what happens at the end of the range. The
-//! epoch is the host's; on Linux it is that of `CLOCK_MONOTONIC`.
+//! Integer time in nanoseconds. There are no operators that could overflow: every sum says what happens at the end
+//! of the range. The epoch is the host's; on Linux it is that of `CLOCK_MONOTONIC`.
 
-use crate::capacity::Empty;
 use core::fmt;
 
-/// A point in time: nanoseconds since the host's epoch.
-///
-/// ```
-/// use red_core::{Duration, Instant};
-/// let release = Instant::from_nanos(5);
-/// assert_eq!(release.saturating_add(Duration::from_nanos(2)), Instant::from_nanos(7));
-/// assert_eq!(release.since(Instant::from_nanos(9)), Duration::ZERO);
-/// ```
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Instant(u64);
+crate::capacity::numbers! {
+    /// A point in time: nanoseconds since the host's epoch.
+    ///
+    /// ```
+    /// use red_core::{Duration, Instant};
+    /// let release = Instant::from_nanos(5);
+    /// assert_eq!(release.saturating_add(Duration::from_nanos(2)), Instant::from_nanos(7));
+    /// assert_eq!(release.since(Instant::from_nanos(9)), Duration::ZERO);
+    /// ```
+    pub struct Instant(u64);
 
-/// A length of time in nanoseconds.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Duration(u64);
+    /// A length of time.
+    pub struct Duration(u64);
 
-/// A signed length of time in nanoseconds: lateness, laxity, time to a deadline.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct SignedDuration(i64);
+    /// A signed length of time: lateness, laxity, time to a deadline.
+    pub struct SignedDuration(i64);
 
-/// Worst-case execution time. Only this may enter `analysis`.
-///
-/// ```
-/// # use red_core::{Duration, Wcet};
-/// assert_eq!(Wcet::from_millis(2).get(), Duration::from_micros(2_000));
-/// ```
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Wcet(Duration);
+    /// Worst-case execution time. Only this may enter `analysis`.
+    pub struct Wcet(u64);
 
-/// Delay that co-runners can add to an atomic node: the paper's Delta_cont.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Contention(Duration);
+    /// Delay that co-runners can add to an atomic node: the paper's Delta_cont.
+    pub struct Contention(u64);
 
-/// What a node is expected to take, from its last executions. A mean is not a bound: it steers sub-deadlines
-/// and never enters `analysis`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct CostEstimate(Duration);
+    /// Memory in bytes.
+    pub struct Bytes(pub u64);
 
-/// Memory in bytes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Bytes(pub u64);
+    /// A ratio in parts per million.
+    pub struct Ppm(pub u32);
+}
 
-/// A ratio in parts per million.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Ppm(pub u32);
+macro_rules! nanoseconds {
+    ($($t:ident($int:ty))*) => { $(impl $t {
+        /// The epoch, or no time.
+        pub const ZERO: Self = Self(0);
+
+        /// From nanoseconds.
+        pub const fn from_nanos(ns: $int) -> Self {
+            Self(ns)
+        }
+
+        /// From milliseconds, saturating.
+        pub const fn from_millis(ms: $int) -> Self {
+            Self(ms.saturating_mul(1_000_000))
+        }
+
+        /// In nanoseconds.
+        pub const fn as_nanos(self) -> $int {
+            self.0
+        }
+    })* };
+}
+nanoseconds!(Instant(u64) Duration(u64) SignedDuration(i64) Wcet(u64) Contention(u64));
 
 impl Instant {
-    /// The epoch.
-    pub const ZERO: Self = Self(0);
     /// The end of time.
     pub const MAX: Self = Self(u64::MAX);
 
-    /// From nanoseconds since the epoch.
-    pub const fn from_nanos(ns: u64) -> Self {
-        Self(ns)
-    }
-
-    /// Nanoseconds since the epoch.
-    pub const fn as_nanos(self) -> u64 {
-        self.0
-    }
-
     /// `self + d`, or `None` beyond the end of time.
     #[must_use]
-    pub const fn checked_add(self, d: Duration) -> Option<Self> {
-        match self.0.checked_add(d.0) {
-            Some(ns) => Some(Self(ns)),
-            None => None,
-        }
+    pub fn checked_add(self, d: Duration) -> Option<Self> {
+        self.0.checked_add(d.0).map(Self)
     }
 
     /// `self + d`, at most [`Instant::MAX`].
@@ -99,33 +81,18 @@ impl Instant {
     /// `self - other`, with its sign, saturating.
     #[must_use]
     pub const fn minus(self, other: Self) -> SignedDuration {
-        SignedDuration(if self.0 >= other.0 {
-            let d = self.0 - other.0;
-            if d > i64::MAX as u64 { i64::MAX } else { d.cast_signed() }
-        } else {
-            let d = other.0 - self.0;
-            if d > i64::MAX as u64 { i64::MIN } else { -d.cast_signed() }
+        SignedDuration(match self.0.checked_signed_diff(other.0) {
+            Some(ns) => ns,
+            None if self.0 < other.0 => i64::MIN,
+            None => i64::MAX,
         })
     }
 }
 
 impl Duration {
-    /// No time.
-    pub const ZERO: Self = Self(0);
-
-    /// From nanoseconds.
-    pub const fn from_nanos(ns: u64) -> Self {
-        Self(ns)
-    }
-
     /// From microseconds, saturating.
     pub const fn from_micros(us: u64) -> Self {
         Self(us.saturating_mul(1_000))
-    }
-
-    /// From milliseconds, saturating.
-    pub const fn from_millis(ms: u64) -> Self {
-        Self(ms.saturating_mul(1_000_000))
     }
 
     /// From seconds, saturating.
@@ -133,85 +100,19 @@ impl Duration {
         Self(s.saturating_mul(1_000_000_000))
     }
 
-    /// Nanoseconds.
-    pub const fn as_nanos(self) -> u64 {
-        self.0
-    }
-
-    /// `self + other`, or `None` on overflow.
-    #[must_use]
-    pub const fn checked_add(self, other: Self) -> Option<Self> {
-        match self.0.checked_add(other.0) {
-            Some(ns) => Some(Self(ns)),
-            None => None,
-        }
-    }
-
     /// `self + other`, saturating.
     #[must_use]
     pub const fn saturating_add(self, other: Self) -> Self {
         Self(self.0.saturating_add(other.0))
     }
-
-    /// `self - other`, at least zero.
-    #[must_use]
-    pub const fn saturating_sub(self, other: Self) -> Self {
-        Self(self.0.saturating_sub(other.0))
-    }
 }
 
-impl SignedDuration {
-    /// From nanoseconds.
-    pub const fn from_nanos(ns: i64) -> Self {
-        Self(ns)
-    }
-
-    /// Nanoseconds.
-    pub const fn as_nanos(self) -> i64 {
-        self.0
-    }
-
-    /// The positive part: tardiness from lateness.
-    pub const fn positive(self) -> Duration {
-        Duration(if self.0 > 0 { self.0.cast_unsigned() } else { 0 })
+impl Wcet {
+    /// As a duration.
+    pub const fn get(self) -> Duration {
+        Duration(self.0)
     }
 }
-
-macro_rules! of_duration {
-    ($($t:ident)*) => { $(
-        impl $t {
-            /// No time.
-            pub const ZERO: Self = Self(Duration::ZERO);
-
-            /// From a duration.
-            pub const fn new(d: Duration) -> Self {
-                Self(d)
-            }
-
-            /// From milliseconds, saturating.
-            pub const fn from_millis(ms: u64) -> Self {
-                Self(Duration::from_millis(ms))
-            }
-
-            /// From nanoseconds.
-            pub const fn from_nanos(ns: u64) -> Self {
-                Self(Duration::from_nanos(ns))
-            }
-
-            /// As a duration.
-            pub const fn get(self) -> Duration {
-                self.0
-            }
-
-            /// In nanoseconds.
-            pub const fn as_nanos(self) -> u64 {
-                self.0.as_nanos()
-            }
-        }
-        impl Empty for $t { const EMPTY: Self = Self::ZERO; }
-    )* };
-}
-of_duration!(Wcet Contention CostEstimate);
 
 impl fmt::Display for Duration {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -224,8 +125,6 @@ impl fmt::Display for Duration {
         write!(f, "{}.{:03} {name}", self.0 / unit, self.0 % unit * 1_000 / unit)
     }
 }
-
-crate::capacity::empty!(Instant = Self::ZERO, Duration = Self::ZERO, Bytes = Self(0), Ppm = Self(0));
 
 #[cfg(test)]
 mod tests;

@@ -1,7 +1,5 @@
-//! What a node took: the last 8 executions alone.
-//!
-//! Samples are kept in 32 bits: exact below 4.29 s; for nodes with a longer WCET the low bits are dropped, so
-//! that the whole WCET fits (below one part in 10^9).
+//! What a node took: the last 8 executions alone. Samples are kept in 32 bits: exact below 4.29 s; for nodes with a
+//! longer WCET the low bits are dropped, so that the whole WCET fits (below one part in 10^9).
 
 use crate::capacity::Empty;
 use crate::graph::Node;
@@ -11,17 +9,14 @@ use crate::time::Duration;
 pub(crate) const WINDOW: usize = 8;
 
 crate::capacity::stored! {
-    /// Mean, minimum and maximum of the last 8 executions of one node.
+    /// Mean and minimum of the last 8 executions of one node.
     ///
     /// ```
     /// use red_core::{Duration, Estimator, Node, Wcet};
-    /// let node = Node::new(Wcet::from_millis(10));
-    /// let mut window = Estimator::new(&node);
+    /// let mut window = Estimator::new(&Node::new(Wcet::from_millis(10)));
     /// assert_eq!(window.mean(), None); // before the first sample the WCET stands in
-    /// window.push(Duration::from_millis(4));
-    /// window.push(Duration::from_millis(8));
+    /// [4, 8].map(|ms| window.push(Duration::from_millis(ms)));
     /// assert_eq!(window.mean(), Some(Duration::from_millis(6)));
-    /// assert_eq!(window.minimum(), Some(Duration::from_millis(4)));
     /// ```
     #[derive(Clone, Copy, Debug)]
     pub struct Estimator {
@@ -42,9 +37,8 @@ impl Estimator {
     /// Takes a sample; the oldest of 8 goes. Time bound: O(1).
     #[inline]
     pub fn push(&mut self, executed: Duration) {
-        let scaled = executed.as_nanos() >> self.shift;
-        let next = usize::from(self.taken) % WINDOW;
-        self.samples[next] = if scaled > u64::from(u32::MAX) { u32::MAX } else { scaled as u32 };
+        let scaled = (executed.as_nanos() >> self.shift).min(u32::MAX.into());
+        self.samples[usize::from(self.taken) % WINDOW] = scaled as u32;
         // From 8 on the bit of 8 stays: 15 is followed by 8.
         self.taken = ((self.taken + 1) | (self.taken & WINDOW as u8)) % (2 * WINDOW as u8);
     }
@@ -52,29 +46,19 @@ impl Estimator {
     /// Mean, rounded down.
     pub fn mean(&self) -> Option<Duration> {
         let sum: u64 = self.taken().map(u64::from).sum();
-        let len = self.len() as u64;
-        (len > 0).then(|| self.unscale(sum / len.max(1)))
+        sum.checked_div(self.taken().len() as u64).map(|mean| self.unscaled(mean))
     }
 
     /// Shortest: the best case that was seen.
     pub fn minimum(&self) -> Option<Duration> {
-        self.taken().min().map(|s| self.unscale(u64::from(s)))
+        self.taken().min().map(|least| self.unscaled(least.into()))
     }
 
-    /// Longest.
-    pub fn maximum(&self) -> Option<Duration> {
-        self.taken().max().map(|s| self.unscale(u64::from(s)))
+    fn taken(&self) -> impl ExactSizeIterator<Item = u32> {
+        self.samples.into_iter().take(self.taken.into())
     }
 
-    fn len(&self) -> usize {
-        WINDOW.min(self.taken.into())
-    }
-
-    fn taken(&self) -> impl Iterator<Item = u32> {
-        self.samples.into_iter().take(self.len())
-    }
-
-    fn unscale(&self, scaled: u64) -> Duration {
-        Duration::from_nanos(scaled << self.shift)
+    fn unscaled(&self, sample: u64) -> Duration {
+        Duration::from_nanos(sample << self.shift)
     }
 }

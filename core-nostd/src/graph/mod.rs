@@ -8,6 +8,6 @@ pub(crate) mod refine;
 
 pub use dag::{Dag, EdgeError, NodeError};
 pub use levels::Levels;
-pub use node::{Divisibility, Frame, Node, Role};
+pub use node::{Frame, Node, Role};
 pub use node_set::NodeSet;
 pub use refine::{RefineError, Refined, refine};

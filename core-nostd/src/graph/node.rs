@@ -4,43 +4,27 @@ use crate::capacity::Empty;
 use crate::id::{PoolId, SensorId};
 use crate::time::{Bytes, Contention, Duration, Wcet};
 
-/// Whether a node could give its lane back before it ends.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Divisibility {
-    /// May be preempted where lanes can preempt.
-    #[default]
-    Partitionable,
-    /// Indivisible: once started it keeps its lane.
-    Atomic,
-}
+crate::capacity::values! {
+    /// What an encoder's result may be shared for: (weights, frame name, capture), the last from the job.
+    pub struct Frame {
+        /// Which weights the encoder has; the host numbers them.
+        pub weights: u16,
+        /// Which frame it reads; the host numbers the names.
+        pub frame: u16,
+        /// The sensor that captures the frame. `None`: every job has its own capture.
+        pub sensor: Option<SensorId>,
+    }
 
-/// What an encoder's result may be shared for: (weights, frame name, capture). The capture comes with the job.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Frame {
-    /// Which weights the encoder has; the host numbers them.
-    pub weights: u16,
-    /// Which frame it reads; the host numbers the names.
-    pub frame: u16,
-    /// The sensor that captures the frame. `None`: every job has its own capture.
-    pub sensor: Option<SensorId>,
-}
+    /// What a node is in a MIMONet.
+    pub enum Role {
+        /// Anything else.
+        Ordinary,
+        /// The shared encoder of a stage.
+        SharedEncoder(Frame),
+        /// A decoder: a successor of its encoder that reads the encoder's result.
+        Decoder,
+    }
 
-/// What a node is in a MIMONet.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Role {
-    /// Anything else.
-    #[default]
-    Ordinary,
-    /// The shared encoder of a stage.
-    SharedEncoder(Frame),
-    /// A decoder: a successor of its encoder that reads the encoder's result.
-    Decoder,
-}
-
-crate::capacity::stored! {
     /// A node of a DAG.
     ///
     /// ```
@@ -48,7 +32,7 @@ crate::capacity::stored! {
     /// let control = Node::new(Wcet::from_millis(3)).atomic(Contention::from_millis(1)).in_pool(PoolId::new(0));
     /// assert_eq!(control.cost(), 4_000_000);
     /// ```
-    #[derive(Clone, Copy, Debug)]
+    #[must_use]
     pub struct Node {
         pub(crate) wcet: Wcet,
         pub(crate) best: Duration,
@@ -56,7 +40,8 @@ crate::capacity::stored! {
         pub(crate) memory: Bytes,
         pub(crate) role: Role,
         pub(crate) pool: PoolId,
-        pub(crate) divisibility: Divisibility,
+        /// Once started it keeps its lane.
+        pub(crate) atomic: bool,
     }
 }
 
@@ -77,25 +62,21 @@ impl Node {
     }
 
     /// With a best-case execution time; default 0.
-    #[must_use]
     pub const fn best_case(self, best: Duration) -> Self {
         Self { best, ..self }
     }
 
     /// Indivisible, with the delay that co-runners can add.
-    #[must_use]
     pub const fn atomic(self, contention: Contention) -> Self {
-        Self { divisibility: Divisibility::Atomic, contention, ..self }
+        Self { atomic: true, contention, ..self }
     }
 
     /// With a memory footprint.
-    #[must_use]
     pub const fn memory(self, memory: Bytes) -> Self {
         Self { memory, ..self }
     }
 
     /// In another pool.
-    #[must_use]
     pub const fn in_pool(self, pool: PoolId) -> Self {
         Self { pool, ..self }
     }
@@ -125,5 +106,3 @@ impl Node {
         self.memory
     }
 }
-
-crate::capacity::empty!(Role = Self::Ordinary, Divisibility = Self::Partitionable);

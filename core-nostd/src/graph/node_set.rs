@@ -1,6 +1,5 @@
-//! A set of nodes, or of ranks: one bit each, in a few 64-bit words.
-//!
-//! Hot paths touch single words: a wide load after a narrow store stalls the store buffer.
+//! A set of nodes, or of ranks: one bit each, in a few 64-bit words. Hot paths touch single words: a wide load
+//! after a narrow store stalls the store buffer.
 
 use crate::capacity::{Capacity, Empty};
 
@@ -56,56 +55,33 @@ impl<C: Capacity> NodeSet<C> {
     /// The smallest element that is also in `mask`.
     #[inline(always)]
     pub fn first_in(&self, mask: &Self) -> Option<usize> {
-        for w in 0..Self::WORDS {
-            let bits = self.0[w] & mask.0[w];
-            if bits != 0 {
-                return Some(w * 64 + bits.trailing_zeros() as usize);
-            }
-        }
-        None
-    }
-
-    /// Whether the two share an element.
-    #[inline(always)]
-    pub fn meets(&self, other: &Self) -> bool {
-        (0..Self::WORDS).any(|w| self.0[w] & other.0[w] != 0)
+        (0..Self::WORDS).find_map(|w| bits(self.0[w] & mask.0[w]).next().map(|bit| w * 64 + bit))
     }
 
     /// The elements of both.
     pub fn and(&self, other: &Self) -> Self {
-        let mut set = *self;
-        for w in 0..Self::WORDS {
-            set.0[w] &= other.0[w];
-        }
-        set
+        self.by_words(other, |own, other| own & other)
     }
 
     /// The elements that are not in `other`.
     pub fn without(&self, other: &Self) -> Self {
-        let mut set = *self;
-        for w in 0..Self::WORDS {
-            set.0[w] &= !other.0[w];
-        }
-        set
+        self.by_words(other, |own, other| own & !other)
     }
 
     /// Adds all of `other`.
     pub fn extend(&mut self, other: &Self) {
-        for w in 0..Self::WORDS {
-            self.0[w] |= other.0[w];
-        }
+        *self = self.by_words(other, |own, other| own | other);
+    }
+
+    fn by_words(mut self, other: &Self, f: impl Fn(u64, u64) -> u64) -> Self {
+        (0..Self::WORDS).for_each(|w| self.0[w] = f(self.0[w], other.0[w]));
+        self
     }
 
     /// Calls `f` for each element, smallest first.
     #[inline(always)]
     pub fn each(&self, mut f: impl FnMut(usize)) {
-        for w in 0..Self::WORDS {
-            let mut bits = self.0[w];
-            while bits != 0 {
-                f(w * 64 + bits.trailing_zeros() as usize);
-                bits &= bits - 1;
-            }
-        }
+        (0..Self::WORDS).for_each(|w| bits(self.0[w]).for_each(|bit| f(w * 64 + bit)));
     }
 
     /// The largest of the elements' values; 0 for the empty set.
@@ -118,21 +94,25 @@ impl<C: Capacity> NodeSet<C> {
 
     /// The elements, smallest first.
     pub fn iter(&self) -> impl Iterator<Item = usize> + use<C> {
-        let words = self.0;
-        let (mut w, mut bits) = (0, words[0]);
+        let mut rest = *self;
         core::iter::from_fn(move || {
-            while bits == 0 {
-                w += 1;
-                if w >= Self::WORDS {
-                    return None;
-                }
-                bits = words[w];
-            }
-            let i = w * 64 + bits.trailing_zeros() as usize;
-            bits &= bits - 1;
+            let i = rest.first_in(&rest)?;
+            rest.remove(i);
             Some(i)
         })
     }
+}
+
+/// Numbers of the bits that are set, lowest first.
+#[inline(always)]
+pub(crate) fn bits(mut mask: u64) -> impl Iterator<Item = usize> + Clone {
+    core::iter::from_fn(move || {
+        let bit = mask.trailing_zeros() as usize;
+        (mask != 0).then(|| {
+            mask &= mask - 1;
+            bit
+        })
+    })
 }
 
 impl<C: Capacity> Empty for NodeSet<C> {

@@ -11,12 +11,9 @@ crate::capacity::stored! {
     /// A task's floor and what was dropped among its last 128 jobs.
     ///
     /// ```
-    /// use red_core::Floor;
-    /// let mut floor = Floor::new(3, 4);
-    /// assert!(floor.permits(7));
+    /// let mut floor = red_core::Floor::new(3, 4);
     /// floor.dropped(7);
     /// assert!(!floor.permits(8)); // jobs 5 to 8 would have lost two
-    /// assert!(!floor.permits(10));
     /// assert!(floor.permits(11));
     /// ```
     #[derive(Clone, Copy, Debug)]
@@ -36,50 +33,36 @@ impl Floor {
     pub const fn new(m: u32, k: u32) -> Self {
         let spare = k.saturating_sub(m);
         let (window, allowed) = if k <= MEMORY { (k, spare) } else { (MEMORY, spare / k.div_ceil(MEMORY)) };
-        Self {
-            history: 0,
-            newest: 0,
-            window: window as u8,
-            allowed: if allowed > 255 { 255 } else { allowed as u8 },
-        }
+        Self { history: 0, newest: 0, window: window as u8, allowed: allowed as u8 }
     }
 
     /// Whether job `index` may be dropped by choice. Time bound: O(k), at most 128.
     pub fn permits(&self, index: u64) -> bool {
-        if self.window == 0 {
-            return true;
-        }
         let window = u64::from(self.window);
-        if self.newest.saturating_sub(index) + window > u64::from(MEMORY) {
+        if window > 0 && self.newest.saturating_sub(index) + window > u64::from(MEMORY) {
             return false; // What was dropped so far back is forgotten, so that the job is kept.
         }
         // A window ends at `last`, between the job itself and the last that could contain it.
-        (index..index + window).all(|last| self.in_window(last, window) < u32::from(self.allowed))
+        (index..index + window).all(|last| self.dropped_up_to(last) < u32::from(self.allowed))
     }
 
     /// Remembers that job `index` was dropped by choice.
     pub fn dropped(&mut self, index: u64) {
-        if index > self.newest {
-            let by = index - self.newest;
-            self.history = if by < u64::from(MEMORY) { self.history << by } else { 0 };
-            self.newest = index;
-        }
-        let age = self.newest - index;
-        if age < u64::from(MEMORY) {
-            self.history |= 1 << age;
-        }
+        self.history = self.history.unbounded_shl(jobs_between(self.newest, index));
+        self.newest = self.newest.max(index);
+        self.history |= 1u128.unbounded_shl(jobs_between(index, self.newest));
     }
 
-    /// Dropped jobs with an index in `last - window + 1 ..= last`.
-    fn in_window(&self, last: u64, window: u64) -> u32 {
-        let ones = |n: u64| if n >= 128 { u128::MAX } else { (1u128 << n) - 1 };
-        // In ages: from newest - last (could be below 0) to that plus window - 1.
-        if last >= self.newest {
-            let beyond = last - self.newest;
-            if beyond >= window { 0 } else { (self.history & ones(window - beyond)).count_ones() }
-        } else {
-            let age = self.newest - last;
-            if age >= 128 { 0 } else { (self.history >> age & ones(window)).count_ones() }
-        }
+    /// Dropped jobs in the window that ends at `last`.
+    fn dropped_up_to(&self, last: u64) -> u32 {
+        // What is newer than the window is shifted out; of its jobs, those newer than `newest` were not dropped.
+        let newer = jobs_between(last, self.newest);
+        let known = u32::from(self.window).saturating_sub(jobs_between(self.newest, last));
+        (self.history.unbounded_shr(newer) & !u128::MAX.unbounded_shl(known)).count_ones()
     }
+}
+
+/// By how many jobs `last` is after `first`, at least 0; all that are forgotten count alike.
+fn jobs_between(first: u64, last: u64) -> u32 {
+    last.saturating_sub(first).min(MEMORY.into()) as u32
 }

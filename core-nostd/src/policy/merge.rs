@@ -23,9 +23,8 @@ pub(crate) fn join(unit: Candidate, member: Candidate, now: Instant) -> Option<C
         cost: unit.cost.max(member.cost),
         latest_finish: unit.latest_finish.min(member.latest_finish),
     };
-    let ends = u128::from(now.as_nanos()) + u128::from(both.cost);
-    let in_time = both.latest_finish >= 0 && ends <= both.latest_finish.cast_unsigned().into();
-    (unit.cost == member.cost || in_time).then_some(both)
+    let ends = i128::from(now.as_nanos()) + i128::from(both.cost);
+    (unit.cost == member.cost || ends <= both.latest_finish.into()).then_some(both)
 }
 
 /// Start of the window that contains `head`: windows are laid from the earliest release on, each anchored at

@@ -6,4 +6,4 @@ pub(crate) mod merge;
 pub(crate) mod overload;
 
 pub use floor::Floor;
-pub use overload::{Overload, Urgency};
+pub use overload::Overload;

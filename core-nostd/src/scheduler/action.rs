@@ -17,34 +17,32 @@ pub enum Action {
     Ended(Outcome),
 }
 
-/// A unit and its lane. Ask [`Scheduler::unit`](crate::Scheduler::unit) for what it is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Dispatch {
-    /// Handle for `complete` and `fail`.
-    pub unit: UnitId,
-    /// Where it runs.
-    pub lane: LaneId,
-}
+crate::capacity::values! {
+    /// A unit and its lane. Ask [`Scheduler::unit`](crate::Scheduler::unit) for what it is.
+    pub struct Dispatch {
+        /// Handle for `complete` and `fail`.
+        pub unit: UnitId,
+        /// Where it runs.
+        pub lane: LaneId,
+    }
 
-/// How a job ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Outcome {
-    /// The job; its place may be reused from now on.
-    pub job: JobId,
-    /// Its task.
-    pub task: TaskId,
-    /// The how-manieth job of its task, from 0.
-    pub index: u64,
-    /// When it was released.
-    pub release: Instant,
-    /// When it was due.
-    pub deadline: Instant,
-    /// When it ended.
-    pub at: Instant,
-    /// `None`: all its nodes completed. Otherwise it was given up.
-    pub shed: Option<ShedReason>,
+    /// How a job ended.
+    pub struct Outcome {
+        /// The job; its place may be reused from now on.
+        pub job: JobId,
+        /// Its task.
+        pub task: TaskId,
+        /// The how-manieth job of its task, from 0.
+        pub index: u64,
+        /// When it was released.
+        pub release: Instant,
+        /// When it was due.
+        pub deadline: Instant,
+        /// When it ended.
+        pub at: Instant,
+        /// `None`: all its nodes completed. Otherwise it was given up.
+        pub shed: Option<ShedReason>,
+    }
 }
 
 impl Outcome {
@@ -60,12 +58,11 @@ impl Outcome {
 }
 
 /// Why a job was given up.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
 pub enum ShedReason {
     /// Not even its best case could end by the deadline.
-    #[default]
     Hopeless = 1,
     /// Lasting overload; it had the lowest value.
     Overload,

@@ -7,40 +7,35 @@ use crate::capacity::{Capacity, Empty};
 use crate::id::{LaneId, NodeId, TaskId};
 use crate::time::Instant;
 
-/// What happened.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[non_exhaustive]
-pub enum EventKind {
-    /// A job was released.
-    #[default]
-    Released,
-    /// A release found no place.
-    Refused,
-    /// A sub-job started on `lane`; each member of a unit has its own event.
-    Started,
-    /// A sub-job that ran on `lane` completed.
-    Completed,
-    /// An encoder completed without executing: its result was there.
-    Hit,
-    /// A sub-job lost its lane to a smaller key.
-    Preempted,
-    /// A sub-job took longer than its WCET.
-    Overran,
-    /// All nodes of a job completed.
-    Ended,
-    /// A job was given up.
-    Shed(ShedReason),
-    /// A task has a new graph.
-    Edited,
-    /// A kept result was thrown away for memory.
-    Evicted,
-}
+crate::capacity::values! {
+    /// What happened.
+    #[non_exhaustive]
+    pub enum EventKind {
+        /// A job was released.
+        Released,
+        /// A release found no place.
+        Refused,
+        /// A sub-job started on `lane`; each member of a unit has its own event.
+        Started,
+        /// A sub-job that ran on `lane` completed.
+        Completed,
+        /// An encoder completed without executing: its result was there.
+        Hit,
+        /// A sub-job lost its lane to a smaller key.
+        Preempted,
+        /// A sub-job took longer than its WCET.
+        Overran,
+        /// All nodes of a job completed.
+        Ended,
+        /// A job was given up.
+        Shed(ShedReason),
+        /// A task has a new graph.
+        Edited,
+        /// A kept result was thrown away for memory.
+        Evicted,
+    }
 
-crate::capacity::stored! {
     /// One event. Fields that do not apply are 0.
-    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-    #[cfg_attr(feature = "defmt", derive(defmt::Format))]
     pub struct Event {
         /// When.
         pub at: Instant,
@@ -65,13 +60,13 @@ crate::capacity::stored! {
         kept: u64,
         taken: u64,
         limit: u64,
-        dropped: u64,
+        pub(super) dropped: u64,
     }
 }
 
 impl<C: Capacity> Record<C> {
-    const fn place(count: u64) -> usize {
-        (count % if C::EVENTS > 0 { C::EVENTS as u64 } else { 1 }) as usize
+    fn place(count: u64) -> usize {
+        (count % C::EVENTS.max(1) as u64) as usize
     }
 
     /// To be called once, on a record that is empty.
@@ -82,6 +77,7 @@ impl<C: Capacity> Record<C> {
     #[inline(always)]
     fn push(&mut self, event: Event) {
         match self.ring.as_mut().get_mut(Self::place(self.kept)) {
+            _ if C::EVENTS == 0 => {}
             Some(free) if self.kept != self.limit => {
                 *free = event;
                 self.kept += 1;
@@ -100,40 +96,26 @@ impl<C: Capacity> Record<C> {
         self.limit += 1;
         self.ring.as_ref().get(Self::place(taken))
     }
-
-    pub(super) const fn dropped(&self) -> u64 {
-        self.dropped
-    }
 }
 
 impl<C: Capacity> Scheduler<C> {
     /// Records an event of a sub-job, given by its rank.
     #[inline(always)]
     pub(super) fn note(&mut self, kind: EventKind, slot: usize, rank: usize, lane: usize) {
-        if C::EVENTS > 0 {
-            let node = NodeId::new(self.version(slot).order[rank]);
-            self.note_node(kind, slot, node, lane);
-        }
+        self.note_node(kind, slot, NodeId::new(self.version(slot).order[rank]), lane);
     }
 
     /// Records an event of a sub-job whose node is known.
     #[inline(always)]
     pub(super) fn note_node(&mut self, kind: EventKind, slot: usize, node: NodeId, lane: usize) {
-        if C::EVENTS > 0 {
-            let job = &self.jobs[slot];
-            let lane = LaneId::new(lane as u8);
-            self.record.push(Event { at: self.now, job: job.index, kind, task: job.task, node, lane });
-        }
+        let (job, lane) = (&self.jobs[slot], LaneId::new(lane as u8));
+        self.record.push(Event { at: self.now, job: job.index, kind, task: job.task, node, lane });
     }
 
     /// Records an event of a job, or of a task (`job` 0).
     #[inline(always)]
     pub(super) fn note_task(&mut self, kind: EventKind, task: usize, job: u64) {
-        if C::EVENTS > 0 {
-            let task = TaskId::new(task, self.tasks[task].generation);
-            self.record.push(Event { at: self.now, job, kind, task, ..Event::EMPTY });
-        }
+        let task = TaskId::new(task, self.tasks[task].generation);
+        self.record.push(Event { at: self.now, job, kind, task, ..Event::EMPTY });
     }
 }
-
-crate::capacity::empty!(EventKind = Self::Released);

@@ -54,7 +54,7 @@ impl<C: Capacity> Scheduler<C> {
         }
         if self.config.frame_cache && place.is_some() {
             for other in self.slots() {
-                if self.version(other).encoders.meets(&self.jobs[other].ready) {
+                if !self.version(other).encoders.and(&self.jobs[other].ready).is_empty() {
                     self.meet_outputs(other);
                     self.requeue(other);
                 }

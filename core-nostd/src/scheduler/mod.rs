@@ -50,6 +50,7 @@ mod version;
 
 use crate::capacity::{Capacity, Empty};
 use crate::config::{Config, Reassign};
+use crate::graph::node_set::bits;
 use crate::policy::frame_cache::Output;
 use crate::time::{Duration, Instant};
 use core::hint::cold_path;
@@ -151,7 +152,7 @@ impl<C: Capacity> Scheduler<C> {
 
     /// Sets up a scheduler in place, such as a `static`; everything it held is forgotten.
     pub fn configure(&mut self, config: Config) {
-        const { assert!(C::NODES * C::JOBS * C::LANES * C::POOLS > 0, "capacities are in range") };
+        const { assert!(C::TASKS * C::NODES * C::JOBS * C::LANES * C::POOLS > 0, "capacities are in range") };
         *self = Self::EMPTY;
         self.config = config;
         self.observes = config.observes();
@@ -200,17 +201,6 @@ impl<C: Capacity> Scheduler<C> {
         self.now = now;
         now
     }
-}
-
-/// Numbers of the bits that are set, lowest first.
-fn bits(mut mask: u64) -> impl Iterator<Item = usize> + Clone {
-    core::iter::from_fn(move || {
-        let bit = mask.trailing_zeros() as usize;
-        (mask != 0).then(|| {
-            mask &= mask - 1;
-            bit
-        })
-    })
 }
 
 #[cfg(test)]

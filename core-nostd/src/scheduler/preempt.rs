@@ -9,7 +9,6 @@ use super::action::{Action, Dispatch};
 use super::bits;
 use super::event::EventKind;
 use crate::capacity::{Capacity, Empty};
-use crate::graph::Divisibility;
 use crate::time::Duration;
 
 crate::capacity::stored! {
@@ -32,7 +31,7 @@ impl<C: Capacity> Scheduler<C> {
         let running = |lane: usize| {
             let l = &self.lanes[lane];
             let (slot, rank) = (usize::from(l.slot), usize::from(l.rank));
-            let is_atomic = self.node(slot, rank).divisibility == Divisibility::Atomic;
+            let is_atomic = self.node(slot, rank).atomic;
             let keeps_lane = is_atomic || l.is_encoder || l.merged || l.members == 0;
             (!keeps_lane).then(|| (self.rank_key(slot, rank), rank, slot, lane))
         };

@@ -4,8 +4,8 @@ use super::Scheduler;
 use super::action::ShedReason;
 use crate::capacity::Capacity;
 use crate::config::Shed;
-use crate::policy::Urgency;
-use crate::time::Instant;
+use crate::policy::overload::urgency;
+use crate::time::{Instant, Ppm};
 use core::cmp::Reverse;
 
 impl<C: Capacity> Scheduler<C> {
@@ -72,9 +72,9 @@ impl<C: Capacity> Scheduler<C> {
         self.end_job(slot, Some(reason));
     }
 
-    fn urgency(&self, slot: usize, rank: usize) -> Urgency {
+    fn urgency(&self, slot: usize, rank: usize) -> Ppm {
         let (job, version) = (&self.jobs[slot], self.version(slot));
         let due = job.key_of(version, rank, self.residual).max(0).cast_unsigned();
-        Urgency::of(Instant::from_nanos(due).since(job.release), self.now.since(job.release))
+        urgency(Instant::from_nanos(due).since(job.release), self.now.since(job.release))
     }
 }

@@ -64,6 +64,6 @@ impl<C: Capacity> Scheduler<C> {
 
     /// Events that the record had to drop because nobody took them; exact.
     pub const fn events_dropped(&self) -> u64 {
-        self.record.dropped()
+        self.record.dropped
     }
 }

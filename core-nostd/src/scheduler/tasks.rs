@@ -148,7 +148,7 @@ impl<C: Capacity> Scheduler<C> {
 
     pub(super) fn task_slot(&self, task: TaskId) -> Option<usize> {
         let t = self.tasks.as_ref().get(task.index())?;
-        (t.admitted && t.generation == task.generation()).then_some(task.index())
+        (t.admitted && task == TaskId::new(task.index(), t.generation)).then_some(task.index())
     }
 }
 

@@ -10,13 +10,10 @@ use crate::capacity::Empty;
 /// A ring of `N` letters; `N` is a power of two.
 ///
 /// ```
-/// use red_core::sync::Mailbox;
-/// let mailbox = Mailbox::<u32, 2>::new();
+/// let mailbox = red_core::sync::Mailbox::<u32, 2>::new();
 /// let post = mailbox.claim().expect("nobody else has it");
 /// assert!(mailbox.claim().is_none()); // one producer
-/// assert_eq!(post.push(1), Ok(()));
-/// assert_eq!(post.push(2), Ok(()));
-/// assert_eq!(post.push(3), Err(3));   // full is told, nothing is lost
+/// assert_eq!([1, 2, 3].map(|letter| post.push(letter)), [Ok(()), Ok(()), Err(3)]); // full is told
 /// assert_eq!(mailbox.pop(), Some(1));
 /// ```
 #[derive(Debug)]
@@ -40,6 +37,7 @@ unsafe impl<T: Send, const N: usize> Sync for Mailbox<T, N> {}
 impl<T: Copy + Empty, const N: usize> Mailbox<T, N> {
     constructor! {
         /// An empty mailbox.
+        #[expect(clippy::new_without_default, reason = "nothing is generic over it")]
         pub fn new() -> Self {
             const { assert!(N.is_power_of_two() && N <= 1 << 16, "a mailbox has 2^k places") };
             Self {
@@ -76,12 +74,6 @@ impl<T: Copy + Empty, const N: usize> Mailbox<T, N> {
         });
         self.reading.store(0, Ordering::Release);
         letter
-    }
-}
-
-impl<T: Copy + Empty, const N: usize> Default for Mailbox<T, N> {
-    fn default() -> Self {
-        Self::new()
     }
 }
 

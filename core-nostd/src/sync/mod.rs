@@ -3,13 +3,12 @@
 //! | who | may call |
 //! |---|---|
 //! | lanes, each pinned to its own CPU, all of one priority | [`TicketLock`] |
-//! | anybody, one thread per [`Mailbox`] | `Mailbox::push`: wait-free |
-//! | the holder of the lock | `Mailbox::pop` |
+//! | anybody, one thread per [`Mailbox`] | [`Post::push`]: wait-free |
+//! | the holder of the lock | [`Mailbox::pop`] |
 //! | a handler and one observer | [`HandlerCell`] |
 //!
-//! The rule for SCHED_FIFO: a thread that spins on a lock whose holder it has preempted on the same CPU never
-//! returns. So a lane's CPU has no other contender, and everybody else goes through a mailbox. Hosts whose
-//! lanes share CPUs bring a priority-inheriting lock of their own ([`Exclusive`]).
+//! Under SCHED_FIFO a thread that spins on a lock whose holder it has preempted on the same CPU never returns. So a
+//! lane's CPU has no other contender. Hosts whose lanes share CPUs bring a priority-inheriting [`Exclusive`].
 
 mod handler;
 mod mailbox;

@@ -2,6 +2,7 @@
 
 #[cfg(not(loom))]
 mod chosen {
+    pub(crate) use core::hint::spin_loop as spin;
     pub(crate) use core::sync::atomic::{AtomicU8, AtomicU32, Ordering};
 
     /// A cell whose exclusive access the caller guarantees.
@@ -19,32 +20,23 @@ mod chosen {
             f(self.0.get())
         }
     }
-
-    /// Tells the CPU that this is a spin loop.
-    #[inline(always)]
-    pub(crate) fn spin() {
-        core::hint::spin_loop();
-    }
 }
 
 #[cfg(loom)]
 mod chosen {
     pub(crate) use loom::cell::UnsafeCell as Cell;
     pub(crate) use loom::sync::atomic::{AtomicU8, AtomicU32, Ordering};
-
     /// The checker's scheduler is unfair: a spin loop must give way.
-    pub(crate) fn spin() {
-        loom::thread::yield_now();
-    }
+    pub(crate) use loom::thread::yield_now as spin;
 }
 
 pub(crate) use chosen::{AtomicU8, AtomicU32, Cell, Ordering, spin};
 
 /// Constructors that are `const` where the primitives' are: the checker's are not.
 macro_rules! constructor {
-    ($(#[$doc:meta])* $vis:vis fn $name:ident($($arg:ident: $t:ty),*) -> Self $body:block) => {
-        $(#[$doc])* #[cfg(not(loom))] #[must_use] $vis const fn $name($($arg: $t),*) -> Self $body
-        $(#[$doc])* #[cfg(loom)] #[must_use] $vis fn $name($($arg: $t),*) -> Self $body
+    ($(#[$doc:meta])* $vis:vis fn $($rest:tt)*) => {
+        $(#[$doc])* #[cfg(not(loom))] #[must_use] $vis const fn $($rest)*
+        $(#[$doc])* #[cfg(loom)] #[must_use] $vis fn $($rest)*
     };
 }
 pub(crate) use constructor;
