@@ -53,4 +53,4 @@ pub use scheduler::status::Counters;
 pub use scheduler::tasks::{AddTaskError, Timing};
 pub use scheduler::units::{Member, Unit};
 pub use shared::{Request, Requests, SharedScheduler};
-pub use time::{Bytes, Contention, Duration, Instant, Ppm, SignedDuration, Wcet};
+pub use time::{Bytes, Contention, CostEstimate, Duration, Instant, Ppm, SignedDuration, Wcet};

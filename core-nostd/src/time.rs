@@ -26,6 +26,10 @@ crate::capacity::numbers! {
     /// Delay that co-runners can add to an atomic node: the paper's Delta_cont.
     pub struct Contention(u64);
 
+    /// What a node is expected to take, from its last executions. It steers sub-deadlines and is not a bound: it
+    /// never enters `analysis`.
+    pub struct CostEstimate(u64);
+
     /// Memory in bytes.
     pub struct Bytes(pub u64);
 
@@ -54,7 +58,7 @@ macro_rules! nanoseconds {
         }
     })* };
 }
-nanoseconds!(Instant(u64) Duration(u64) SignedDuration(i64) Wcet(u64) Contention(u64));
+nanoseconds!(Instant(u64) Duration(u64) SignedDuration(i64) Wcet(u64) Contention(u64) CostEstimate(u64));
 
 impl Instant {
     /// The end of time.

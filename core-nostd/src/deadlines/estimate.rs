@@ -3,20 +3,21 @@
 
 use crate::capacity::Empty;
 use crate::graph::Node;
-use crate::time::Duration;
+use crate::time::{CostEstimate, Duration};
 
 /// Length of the window: the paper's k = 8 (section 4.3, re-assignment).
 pub(crate) const WINDOW: usize = 8;
 
 crate::capacity::stored! {
-    /// Mean and minimum of the last 8 executions of one node.
+    /// Mean, minimum and maximum of the last 8 executions of one node.
     ///
     /// ```
-    /// use red_core::{Duration, Estimator, Node, Wcet};
+    /// use red_core::{CostEstimate, Duration, Estimator, Node, Wcet};
     /// let mut window = Estimator::new(&Node::new(Wcet::from_millis(10)));
     /// assert_eq!(window.mean(), None); // before the first sample the WCET stands in
     /// [4, 8].map(|ms| window.push(Duration::from_millis(ms)));
-    /// assert_eq!(window.mean(), Some(Duration::from_millis(6)));
+    /// assert_eq!(window.mean(), Some(CostEstimate::from_millis(6)));
+    /// assert_eq!(window.maximum(), Some(Duration::from_millis(8)));
     /// ```
     #[derive(Clone, Copy, Debug)]
     pub struct Estimator {
@@ -44,21 +45,27 @@ impl Estimator {
     }
 
     /// Mean, rounded down.
-    pub fn mean(&self) -> Option<Duration> {
+    pub fn mean(&self) -> Option<CostEstimate> {
         let sum: u64 = self.taken().map(u64::from).sum();
-        sum.checked_div(self.taken().len() as u64).map(|mean| self.unscaled(mean))
+        let mean = sum.checked_div(self.taken().len() as u64)?;
+        Some(CostEstimate::from_nanos(mean << self.shift))
     }
 
     /// Shortest: the best case that was seen.
     pub fn minimum(&self) -> Option<Duration> {
-        self.taken().min().map(|least| self.unscaled(least.into()))
+        self.taken().min().map(|least| self.unscaled(least))
+    }
+
+    /// Longest.
+    pub fn maximum(&self) -> Option<Duration> {
+        self.taken().max().map(|most| self.unscaled(most))
     }
 
     fn taken(&self) -> impl ExactSizeIterator<Item = u32> {
         self.samples.into_iter().take(self.taken.into())
     }
 
-    fn unscaled(&self, sample: u64) -> Duration {
-        Duration::from_nanos(sample << self.shift)
+    fn unscaled(&self, sample: u32) -> Duration {
+        Duration::from_nanos(u64::from(sample) << self.shift)
     }
 }

@@ -13,7 +13,7 @@ use crate::deadlines::Estimator;
 use crate::deadlines::exact::share;
 use crate::graph::Node;
 use crate::policy::frame_cache::OutputState;
-use crate::time::Duration;
+use crate::time::{CostEstimate, Duration};
 
 /// Which execution times to count with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -116,8 +116,8 @@ impl<C: Capacity> Scheduler<C> {
     /// Expected cost of a rank: mean of the window plus contention, WCET plus contention before a sample.
     pub(super) fn expected(&self, slot: usize, rank: usize) -> u64 {
         let (node, window) = self.history(slot, rank);
-        let mean = window.mean().unwrap_or(node.wcet.get());
-        mean.as_nanos().saturating_add(node.contention.as_nanos())
+        let mean = window.mean().map_or(node.wcet.as_nanos(), CostEstimate::as_nanos);
+        mean.saturating_add(node.contention.as_nanos())
     }
 
     /// How long a rank has run. `None`: not at all.

@@ -52,6 +52,10 @@ fn an_edit_keeps_the_samples_of_nodes_that_stay_whether_or_not_the_task_is_idle(
         let new = edit.add_node(crate::Node::new(crate::Wcet::from_millis(1))).unwrap();
         let _fits = scheduler.commit(&edit, now).unwrap();
         let mean = |node| scheduler.task_node(task, node).unwrap().1.mean();
-        assert_eq!((mean(stays), mean(new)), (Some(Duration::from_millis(1)), None), "idle: {idle}");
+        assert_eq!(
+            (mean(stays), mean(new)),
+            (Some(crate::CostEstimate::from_millis(1)), None),
+            "idle: {idle}"
+        );
     }
 }
