@@ -81,8 +81,11 @@ impl<K: Item + Ord, T: Store<K>, S: Store<u16>> ReadyQueue<K, T, S> {
     /// Gives a queued slot another key; `false` if it is not queued.
     #[inline]
     pub fn rekey(&mut self, slot: usize, key: K) -> bool {
-        let Some(place) = self.places[slot].checked_sub(1) else { return false };
-        self.settle(usize::from(place), key, slot as u16);
+        let place = self.places[slot];
+        if place == 0 {
+            return false;
+        }
+        self.settle(usize::from(place - 1), key, slot as u16);
         true
     }
 
