@@ -5,6 +5,7 @@
 
 mod admission;
 mod cure;
+mod utilisation;
 
 use crate::build::{self, BuildError};
 use crate::model::{Arrival, Task, Workload};

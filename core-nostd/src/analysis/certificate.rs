@@ -21,7 +21,7 @@ pub enum Bound {
 /// A bound on the response time of a job that has its pools to itself.
 ///
 /// It holds for every execution time up to the WCET, non-preemptive or not. It says nothing about other tasks
-/// on the same lanes: see [`utilisation_slack`](super::utilisation_slack) for the necessary test over tasks.
+/// on the same lanes: that takes a test over all of them, of which utilisation is the necessary part.
 #[must_use]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

@@ -3,9 +3,7 @@
 pub(crate) mod certificate;
 pub(crate) mod level_capacity;
 pub(crate) mod response_time;
-pub(crate) mod utilisation;
 
 pub use certificate::{Bound, Certificate};
 pub use level_capacity::{LevelCapacity, level_capacity};
 pub use response_time::response_time;
-pub use utilisation::{Demand, utilisation_slack};

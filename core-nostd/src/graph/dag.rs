@@ -197,7 +197,9 @@ impl<C: Capacity> Dag<C> {
     }
 
     fn reaches(&self, from: NodeId, to: NodeId) -> bool {
-        let (mut seen, mut open) = (NodeSet::only(from.index()), NodeSet::only(from.index()));
+        let mut seen = NodeSet::<C>::EMPTY;
+        seen.insert(from.index());
+        let mut open = seen;
         // At most C::NODES rounds: each takes one node out of `open`, and a node enters it once.
         while let Some(i) = open.first_in(&seen) {
             open.remove(i);

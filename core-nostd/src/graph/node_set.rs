@@ -10,13 +10,6 @@ pub struct NodeSet<C: Capacity>(C::Words);
 impl<C: Capacity> NodeSet<C> {
     const WORDS: usize = C::NODES.div_ceil(64);
 
-    /// The set of one element.
-    pub fn only(i: usize) -> Self {
-        let mut set = Self::EMPTY;
-        set.insert(i);
-        set
-    }
-
     /// Adds `i`.
     #[inline(always)]
     pub fn insert(&mut self, i: usize) {

@@ -1,9 +1,6 @@
 //! `complete` and `fail`: what a lane reports.
 
-use super::Scheduler;
-use super::action::ShedReason;
-use super::bits;
-use super::event::EventKind;
+use super::{Scheduler, action::ShedReason, bits, event::EventKind};
 use crate::capacity::{Capacity, Empty};
 use crate::config::Gate;
 use crate::graph::NodeSet;

@@ -1,7 +1,9 @@
 //! `poll`: the only place that picks what runs.
 
-use super::Scheduler;
-use super::action::{Action, Dispatch};
+use super::{
+    Scheduler,
+    action::{Action, Dispatch},
+};
 use crate::capacity::Capacity;
 use crate::id::{LaneId, UnitId};
 use crate::scheduler::complete::CompleteError;

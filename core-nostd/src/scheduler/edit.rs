@@ -4,9 +4,7 @@
 //! task holds two versions; while the older one still has jobs, a third is `Busy`, and the host commits it when
 //! that version has drained. A node's place is not reused while a version has it.
 
-use super::Scheduler;
-use super::event::EventKind;
-use super::tasks::AddTaskError;
+use super::{Scheduler, event::EventKind, tasks::AddTaskError};
 use crate::analysis::Certificate;
 use crate::capacity::Capacity;
 use crate::graph::{Dag, Levels};

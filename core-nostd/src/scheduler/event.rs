@@ -1,8 +1,7 @@
 //! The event record: what happened, when, to whom. A ring of `C::EVENTS`; when it is full the newest event is
 //! dropped and counted, so that what is kept is a gapless beginning.
 
-use super::Scheduler;
-use super::action::ShedReason;
+use super::{Scheduler, action::ShedReason};
 use crate::capacity::{Capacity, Empty};
 use crate::id::{LaneId, NodeId, TaskId};
 use crate::time::Instant;
@@ -56,10 +55,9 @@ crate::capacity::stored! {
     #[derive(Clone, Copy, Debug)]
     pub(super) struct Record<C: Capacity> {
         ring: C::Events<Event>,
-        /// Events ever kept and ever taken, and how many may be kept until the next is taken.
+        /// Events ever kept and ever taken.
         kept: u64,
         taken: u64,
-        limit: u64,
         pub(super) dropped: u64,
     }
 }
@@ -69,16 +67,11 @@ impl<C: Capacity> Record<C> {
         (count % C::EVENTS.max(1) as u64) as usize
     }
 
-    /// To be called once, on a record that is empty.
-    pub(super) const fn open(&mut self) {
-        self.limit = C::EVENTS as u64;
-    }
-
     #[inline(always)]
     fn push(&mut self, event: Event) {
         match self.ring.as_mut().get_mut(Self::place(self.kept)) {
             _ if C::EVENTS == 0 => {}
-            Some(free) if self.kept != self.limit => {
+            Some(free) if self.kept - self.taken < C::EVENTS as u64 => {
                 *free = event;
                 self.kept += 1;
             }
@@ -88,13 +81,9 @@ impl<C: Capacity> Record<C> {
 
     #[inline]
     pub(super) fn take(&mut self) -> Option<&Event> {
-        let taken = self.taken;
-        if taken == self.kept {
-            return None;
-        }
+        let event = self.ring.as_ref().get(Self::place(self.taken)).filter(|_| self.taken != self.kept)?;
         self.taken += 1;
-        self.limit += 1;
-        self.ring.as_ref().get(Self::place(taken))
+        Some(event)
     }
 }
 

@@ -1,11 +1,13 @@
 //! A job: one release of a task, and how far each of its nodes is.
 
-use super::Scheduler;
-use super::action::{Outcome, ShedReason};
-use super::bits;
-use super::event::EventKind;
-use super::pools::Rank;
-use super::version::Version;
+use super::{
+    Scheduler,
+    action::{Outcome, ShedReason},
+    bits,
+    event::EventKind,
+    pools::Rank,
+    version::Version,
+};
 use crate::capacity::{Capacity, Empty};
 use crate::graph::{Node, NodeSet};
 use crate::id::{JobId, TaskId};

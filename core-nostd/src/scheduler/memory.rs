@@ -7,8 +7,7 @@
 //! *Why the head cannot starve.* After `lanes` overtakings every lane drains; then only results stand in its
 //! way, and a node fits beside its own encoder's result, which admission checked.
 
-use super::Scheduler;
-use super::event::EventKind;
+use super::{Scheduler, event::EventKind};
 use crate::capacity::Capacity;
 use crate::policy::frame_cache::OutputState;
 use crate::time::Instant;

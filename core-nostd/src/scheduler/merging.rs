@@ -1,7 +1,6 @@
 //! Starting units that share: DynamicMerge at dispatch, and which result a unit writes or reads.
 
-use super::Scheduler;
-use super::event::EventKind;
+use super::{Scheduler, event::EventKind};
 use crate::capacity::Capacity;
 use crate::config::Shed;
 use crate::id::UnitId;

@@ -159,7 +159,6 @@ impl<C: Capacity> Scheduler<C> {
         self.residual = config.residual();
         self.reassigns = self.residual && config.reassign == Reassign::OnDispatch;
         self.alarm = Instant::MAX;
-        self.record.open();
         let lanes = config.lanes.clamp(1, C::LANES as u8);
         // One to LANES lanes in the first of at least one pool: there is room.
         let _first = self.add_pool(lanes, config.memory);

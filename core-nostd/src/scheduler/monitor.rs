@@ -5,10 +5,7 @@
 //! deadline less its longest remaining path; ticks before the first of these instants change nothing and are
 //! not asked for.
 
-use super::Scheduler;
-use super::action::ShedReason;
-use super::bits;
-use super::outlook::Case;
+use super::{Scheduler, action::ShedReason, bits, outlook::Case};
 use crate::capacity::Capacity;
 use crate::config::{Late, Shed};
 use crate::time::{Duration, Instant};

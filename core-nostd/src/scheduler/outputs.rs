@@ -1,10 +1,6 @@
 //! Encoders: one execution for many sub-jobs. Waiting for a running key, hits, and how long a result lives.
 
-use super::Scheduler;
-use super::bits;
-use super::complete::CompleteError;
-use super::event::EventKind;
-use super::units::Lane;
+use super::{Scheduler, bits, complete::CompleteError, event::EventKind, units::Lane};
 use crate::capacity::{Capacity, Empty};
 use crate::config::Gate;
 use crate::graph::{NodeSet, Role};

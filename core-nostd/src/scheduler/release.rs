@@ -1,8 +1,6 @@
 //! `release`: a new job, its sources ready.
 
-use super::Scheduler;
-use super::event::EventKind;
-use super::jobs::Job;
+use super::{Scheduler, event::EventKind, jobs::Job};
 use crate::capacity::{Capacity, Empty};
 use crate::config::{Gate, Shed};
 use crate::id::{JobId, TaskId};

@@ -1,7 +1,6 @@
 //! What goes when the monitor speaks of overload. The unit of shedding is the whole job.
 
-use super::Scheduler;
-use super::action::ShedReason;
+use super::{Scheduler, action::ShedReason};
 use crate::capacity::Capacity;
 use crate::config::Shed;
 use crate::policy::overload::urgency;

@@ -1,7 +1,6 @@
 //! What a host may ask: counters, queues, time.
 
-use super::Scheduler;
-use super::event::Event;
+use super::{Scheduler, event::Event};
 use crate::capacity::Capacity;
 use crate::config::Config;
 

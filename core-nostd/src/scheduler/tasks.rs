@@ -1,9 +1,6 @@
 //! The table of admitted tasks.
 
-use super::Scheduler;
-use super::action::ShedReason;
-use super::jobs::Job;
-use super::version::Version;
+use super::{Scheduler, action::ShedReason, jobs::Job, version::Version};
 use crate::analysis::Certificate;
 use crate::capacity::{Capacity, Empty};
 use crate::config::Config;

@@ -1,8 +1,6 @@
 //! Lanes and the units that run on them.
 
-use super::Scheduler;
-use super::bits;
-use super::event::EventKind;
+use super::{Scheduler, bits, event::EventKind};
 use crate::capacity::{Capacity, Empty};
 use crate::deadlines::DeadlineRule;
 use crate::id::{JobId, LaneId, NodeId, PoolId, TaskId, UnitId};

@@ -1,11 +1,10 @@
 //! The verdict: every test of every task and pool, for the graphs as written and after each event.
 
 use super::period_ns;
+use super::utilisation::{Demand, slack};
 use crate::build::{self, BuildError, Step};
 use crate::model::{Task, Workload};
-use red_core::{
-    Bound, Bytes, Capacity, Dag, Demand, Duration, Frame, LevelCapacity, Levels, Role, response_time,
-};
+use red_core::{Bound, Bytes, Capacity, Dag, Duration, Frame, LevelCapacity, Levels, Role, response_time};
 use serde::Serialize;
 use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
@@ -301,51 +300,18 @@ fn utilisation_tests(workload: &Workload, pools: &Pools, versions: &[Versions]) 
     let mut tests = Vec::new();
     for at_ns in instants {
         for (p, pool) in workload.pools.iter().enumerate() {
-            let demands = workload.tasks.iter().zip(versions).map(|(task, versions)| Demand {
-                work: Duration::from_nanos(versions.at(at_ns).work_ns[p]),
-                period: period_ns(task).map(Duration::from_nanos),
-            });
+            let demand =
+                |(task, versions): (_, &Versions)| Some((versions.at(at_ns).work_ns[p], period_ns(task)?));
+            let demands: Vec<Demand> = workload.tasks.iter().zip(versions).filter_map(demand).collect();
             tests.push(Test {
                 what: format!("utilisation of pool `{}`", pool.name),
                 at_ns,
-                margin: slack(&exact(&demands.collect::<Vec<_>>()), pools.lanes[p]),
+                margin: slack(&demands, pools.lanes[p]),
                 limit: u64::from(pools.lanes[p]) * 1_000_000_000,
             });
         }
     }
     tests
-}
-
-/// Lane time per second that is left, in nanoseconds: what `red_core::utilisation_slack` gives in 64 bits.
-fn slack(demands: &[Demand], lanes: u8) -> i128 {
-    const SECOND: u128 = 1_000_000_000;
-    let asked = |demand: &Demand| {
-        let period = u128::from(demand.period?.as_nanos().max(1));
-        Some((u128::from(demand.work.as_nanos()) * SECOND).div_ceil(period).cast_signed())
-    };
-    i128::from(lanes) * SECOND.cast_signed() - demands.iter().filter_map(asked).sum::<i128>()
-}
-
-/// The demands as one over their hyperperiod, where that fits 64 bits: a pool that is exactly full then shows no
-/// rounding.
-fn exact(demands: &[Demand]) -> Vec<Demand> {
-    let periods =
-        || demands.iter().filter_map(|demand| Some((demand.work.as_nanos(), demand.period?.as_nanos())));
-    let merged = || {
-        let hyperperiod =
-            periods().try_fold(1u64, |lcm, (_, period)| (lcm / gcd(lcm, period)).checked_mul(period))?;
-        let mut scaled = periods().map(|(work, period)| work.checked_mul(hyperperiod / period));
-        let work = scaled.try_fold(0u64, |sum, work| sum.checked_add(work?))?;
-        Some(Demand { work: Duration::from_nanos(work), period: Some(Duration::from_nanos(hyperperiod)) })
-    };
-    merged().map_or_else(|| demands.to_vec(), |demand| vec![demand])
-}
-
-const fn gcd(mut a: u64, mut b: u64) -> u64 {
-    while b != 0 {
-        (a, b) = (b, a % b);
-    }
-    a
 }
 
 /// Whether the response-time bounds hold for what really runs: every task has its pools and its encoder results
