@@ -73,7 +73,6 @@ impl<T: Empty, const N: usize> Empty for Table<T, N> {
 
 impl<T, const N: usize> Table<T, N> {
     /// `i`, made one of the places.
-    #[inline(always)]
     fn inside(i: usize) -> usize {
         debug_assert!(i < N, "index inside the capacity");
         if N.is_power_of_two() { i & (N - 1) } else { i.min(N - 1) }
@@ -82,7 +81,6 @@ impl<T, const N: usize> Table<T, N> {
 
 impl<T, const N: usize> Index<usize> for Table<T, N> {
     type Output = T;
-    #[inline(always)]
     fn index(&self, i: usize) -> &T {
         const { assert!(N >= 1, "a capacity is at least 1") };
         &self.0[Self::inside(i)]
@@ -90,21 +88,18 @@ impl<T, const N: usize> Index<usize> for Table<T, N> {
 }
 
 impl<T, const N: usize> IndexMut<usize> for Table<T, N> {
-    #[inline(always)]
     fn index_mut(&mut self, i: usize) -> &mut T {
         &mut self.0[Self::inside(i)]
     }
 }
 
 impl<T, const N: usize> AsRef<[T]> for Table<T, N> {
-    #[inline(always)]
     fn as_ref(&self) -> &[T] {
         &self.0
     }
 }
 
 impl<T, const N: usize> AsMut<[T]> for Table<T, N> {
-    #[inline(always)]
     fn as_mut(&mut self) -> &mut [T] {
         &mut self.0
     }

@@ -76,7 +76,6 @@ crate::capacity::numbers! {
 }
 
 impl UnitId {
-    #[inline(always)]
     pub(crate) const fn new(sequence: u64, node: u8, lane: usize) -> Self {
         Self(sequence << 16 | (node as u64) << 8 | lane as u64)
     }

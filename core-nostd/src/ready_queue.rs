@@ -40,7 +40,6 @@ impl<K: Item + Ord, T: Store<K>, S: Store<u16>> ReadyQueue<K, T, S> {
     }
 
     /// Whether nothing is queued.
-    #[inline(always)]
     pub const fn is_empty(&self) -> bool {
         self.len == 0
     }
@@ -56,7 +55,6 @@ impl<K: Item + Ord, T: Store<K>, S: Store<u16>> ReadyQueue<K, T, S> {
     }
 
     /// The smallest key and its slot.
-    #[inline(always)]
     pub fn peek(&self) -> Option<(usize, K)> {
         (self.len > 0).then(|| (usize::from(self.slots[0]), self.keys[0]))
     }
@@ -124,7 +122,6 @@ impl<K: Item + Ord, T: Store<K>, S: Store<u16>> ReadyQueue<K, T, S> {
         }
     }
 
-    #[inline(always)]
     fn put(&mut self, place: usize, key: K, slot: u16) {
         self.keys[place] = key;
         self.slots[place] = slot;
@@ -168,13 +165,11 @@ impl<K: Item + Ord, T: Store<K>, S: Store<u16>> ReadyQueue<K, T, S> {
 }
 
 /// The place above; of the root itself.
-#[inline(always)]
 const fn parent(place: usize) -> usize {
     place.saturating_sub(1) / ARITY
 }
 
 /// The one with the smaller key, the first of equals. Which one it is cannot be predicted, so no branch.
-#[inline(always)]
 fn lesser<K: Copy + Ord>(one: (usize, K), other: (usize, K)) -> (usize, K) {
     let is_less = other.1 < one.1;
     (select_unpredictable(is_less, other.0, one.0), select_unpredictable(is_less, other.1, one.1))

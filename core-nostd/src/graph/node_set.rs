@@ -11,13 +11,11 @@ impl<C: Capacity> NodeSet<C> {
     const WORDS: usize = C::NODES.div_ceil(64);
 
     /// Adds `i`.
-    #[inline(always)]
     pub fn insert(&mut self, i: usize) {
         self.0[i / 64] |= 1 << (i % 64);
     }
 
     /// Adds `i` where `is` holds, without a branch: for loops in which that cannot be predicted.
-    #[inline(always)]
     pub(crate) fn insert_if(&mut self, i: usize, is: bool) {
         self.0[i / 64] |= u64::from(is) << (i % 64);
     }
@@ -29,13 +27,11 @@ impl<C: Capacity> NodeSet<C> {
     }
 
     /// Whether `i` is in.
-    #[inline(always)]
     pub fn contains(&self, i: usize) -> bool {
         self.0[i / 64] >> (i % 64) & 1 != 0
     }
 
     /// Whether nothing is in.
-    #[inline(always)]
     pub fn is_empty(&self) -> bool {
         self.0.as_ref().iter().all(|w| *w == 0)
     }
@@ -46,7 +42,6 @@ impl<C: Capacity> NodeSet<C> {
     }
 
     /// The smallest element that is also in `mask`.
-    #[inline(always)]
     pub fn first_in(&self, mask: &Self) -> Option<usize> {
         (0..Self::WORDS).find_map(|w| bits(self.0[w] & mask.0[w]).next().map(|bit| w * 64 + bit))
     }
@@ -72,13 +67,11 @@ impl<C: Capacity> NodeSet<C> {
     }
 
     /// Calls `f` for each element, smallest first.
-    #[inline(always)]
     pub fn each(&self, mut f: impl FnMut(usize)) {
         (0..Self::WORDS).for_each(|w| bits(self.0[w]).for_each(|bit| f(w * 64 + bit)));
     }
 
     /// The largest of the elements' values; 0 for the empty set.
-    #[inline(always)]
     pub(crate) fn largest(&self, of: &C::Nodes<u64>) -> u64 {
         let mut largest = 0;
         self.each(|i| largest = largest.max(of[i]));
@@ -97,7 +90,6 @@ impl<C: Capacity> NodeSet<C> {
 }
 
 /// Numbers of the bits that are set, lowest first.
-#[inline(always)]
 pub(crate) fn bits(mut mask: u64) -> impl Iterator<Item = usize> + Clone {
     core::iter::from_fn(move || {
         let bit = mask.trailing_zeros() as usize;

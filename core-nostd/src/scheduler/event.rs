@@ -55,9 +55,10 @@ crate::capacity::stored! {
     #[derive(Clone, Copy, Debug)]
     pub(super) struct Record<C: Capacity> {
         ring: C::Events<Event>,
-        /// Events ever kept and ever taken.
+        /// Events ever kept and ever taken, and how many may be kept until the next is taken.
         kept: u64,
         taken: u64,
+        limit: u64,
         pub(super) dropped: u64,
     }
 }
@@ -67,11 +68,16 @@ impl<C: Capacity> Record<C> {
         (count % C::EVENTS.max(1) as u64) as usize
     }
 
+    /// To be called once, on a record that is empty.
+    pub(super) const fn open(&mut self) {
+        self.limit = C::EVENTS as u64;
+    }
+
     #[inline(always)]
     fn push(&mut self, event: Event) {
         match self.ring.as_mut().get_mut(Self::place(self.kept)) {
             _ if C::EVENTS == 0 => {}
-            Some(free) if self.kept - self.taken < C::EVENTS as u64 => {
+            Some(free) if self.kept != self.limit => {
                 *free = event;
                 self.kept += 1;
             }
@@ -81,28 +87,29 @@ impl<C: Capacity> Record<C> {
 
     #[inline]
     pub(super) fn take(&mut self) -> Option<&Event> {
-        let event = self.ring.as_ref().get(Self::place(self.taken)).filter(|_| self.taken != self.kept)?;
+        let taken = self.taken;
+        if taken == self.kept {
+            return None;
+        }
         self.taken += 1;
-        Some(event)
+        self.limit += 1;
+        self.ring.as_ref().get(Self::place(taken))
     }
 }
 
 impl<C: Capacity> Scheduler<C> {
     /// Records an event of a sub-job, given by its rank.
-    #[inline(always)]
     pub(super) fn note(&mut self, kind: EventKind, slot: usize, rank: usize, lane: usize) {
         self.note_node(kind, slot, NodeId::new(self.version(slot).order[rank]), lane);
     }
 
     /// Records an event of a sub-job whose node is known.
-    #[inline(always)]
     pub(super) fn note_node(&mut self, kind: EventKind, slot: usize, node: NodeId, lane: usize) {
         let (job, lane) = (&self.jobs[slot], LaneId::new(lane as u8));
         self.record.push(Event { at: self.now, job: job.index, kind, task: job.task, node, lane });
     }
 
     /// Records an event of a job, or of a task (`job` 0).
-    #[inline(always)]
     pub(super) fn note_task(&mut self, kind: EventKind, task: usize, job: u64) {
         let task = TaskId::new(task, self.tasks[task].generation);
         self.record.push(Event { at: self.now, job, kind, task, ..Event::EMPTY });

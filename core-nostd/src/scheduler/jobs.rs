@@ -68,7 +68,6 @@ impl<C: Capacity> Job<C> {
     }
 
     /// Absolute key of a rank, as the queue orders it.
-    #[inline(always)]
     pub(super) fn key_of(&self, version: &Version<C>, rank: usize, residual: bool) -> i64 {
         if residual {
             self.key
@@ -79,21 +78,18 @@ impl<C: Capacity> Job<C> {
 }
 
 impl<C: Capacity> Scheduler<C> {
-    #[inline(always)]
     pub(super) fn version(&self, slot: usize) -> &Version<C> {
         let job = &self.jobs[slot];
         self.tasks[job.task.index()].version_of(job)
     }
 
     /// The node behind a rank of a job.
-    #[inline(always)]
     pub(super) fn node(&self, slot: usize, rank: usize) -> &Node {
         let node = self.version(slot).order[rank];
         &self.tasks[self.jobs[slot].task.index()].nodes[usize::from(node)]
     }
 
     /// Queue key of a job's rank.
-    #[inline(always)]
     pub(super) fn rank_key(&self, slot: usize, rank: usize) -> Rank {
         let job = &self.jobs[slot];
         let key = job.key_of(self.version(slot), rank, self.residual);
@@ -101,7 +97,6 @@ impl<C: Capacity> Scheduler<C> {
     }
 
     /// Most pressing ready rank of a job in a pool.
-    #[inline(always)]
     pub(super) fn head_of(&self, slot: usize, pool: usize) -> Option<usize> {
         let ready = &self.jobs[slot].ready;
         if C::POOLS == 1 { ready.first_in(ready) } else { ready.first_in(&self.version(slot).in_pool[pool]) }

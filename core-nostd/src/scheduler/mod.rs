@@ -159,6 +159,7 @@ impl<C: Capacity> Scheduler<C> {
         self.residual = config.residual();
         self.reassigns = self.residual && config.reassign == Reassign::OnDispatch;
         self.alarm = Instant::MAX;
+        self.record.open();
         let lanes = config.lanes.clamp(1, C::LANES as u8);
         // One to LANES lanes in the first of at least one pool: there is room.
         let _first = self.add_pool(lanes, config.memory);
@@ -179,7 +180,6 @@ impl<C: Capacity> Scheduler<C> {
 
     /// A pool may have something to start. With one pool the whole word is stored: adding a constant bit compiles
     /// to a byte store, and the load of the word soon after it would wait for the store to finish.
-    #[inline(always)]
     fn activate(&mut self, pool: usize) {
         self.active = if C::POOLS == 1 { 1 } else { self.active | 1 << pool };
     }

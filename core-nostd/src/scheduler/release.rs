@@ -98,7 +98,6 @@ impl<C: Capacity> Scheduler<C> {
     }
 
     /// Called after a job's ready set changed.
-    #[inline(always)]
     pub(super) fn changed(&mut self, slot: usize) {
         if self.residual {
             cold_path();
@@ -113,7 +112,6 @@ impl<C: Capacity> Scheduler<C> {
 
     /// Something happened. Where every dispatch re-assigns, the keys of all jobs move with the clock, so that any
     /// pool may have another head.
-    #[inline(always)]
     pub(super) fn age_keys(&mut self) {
         if self.reassigns {
             self.stale_keys = true;

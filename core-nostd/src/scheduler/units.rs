@@ -131,7 +131,6 @@ impl<C: Capacity> Scheduler<C> {
     }
 
     /// A ready rank runs from now on.
-    #[inline(always)]
     pub(super) fn run_on(&mut self, slot: usize, rank: usize, lane: usize) {
         let job = &mut self.jobs[slot];
         job.ready.remove(rank);
