@@ -152,5 +152,3 @@ impl Config {
             || (matches!(self.shed, Shed::Hopeless) && matches!(self.best_case, BestCase::Observed))
     }
 }
-
-crate::capacity::empty!(DeadlineRule = Self::EndToEnd);

@@ -8,15 +8,15 @@
 use crate::deadlines::LevelShare;
 use crate::time::Duration;
 
-/// What the two tests say.
-#[must_use]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct LevelCapacity {
-    /// The paper's condition (ii): W <= rho * D. Necessary.
-    pub paper: bool,
-    /// First level whose share is below its Graham bound, and by how much. `None`: every level fits.
-    pub first_short: Option<(u8, Duration)>,
+crate::capacity::values! {
+    /// What the two tests say.
+    #[must_use]
+    pub struct LevelCapacity {
+        /// The paper's condition (ii): W <= rho * D. Necessary.
+        pub paper: bool,
+        /// First level whose share is below its Graham bound, and by how much. `None`: every level fits.
+        pub first_short: Option<(u8, Duration)>,
+    }
 }
 
 /// Applies both tests to the shares of a graph's levels, of `work` nanoseconds in all, on `lanes` lanes.

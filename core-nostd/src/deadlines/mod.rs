@@ -12,23 +12,22 @@ use crate::time::Duration;
 pub use estimate::Estimator;
 pub use level::{LevelShare, shares};
 
-/// How a node's sub-deadline follows from the end-to-end deadline D. `c` is WCET plus contention.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum DeadlineRule {
-    /// d = D for every node: job-level EDF.
-    EndToEnd,
-    /// Level shares in proportion to the level's cost (paper Def. 4).
-    LevelSum,
-    /// Level shares that cover Graham's bound of each level first.
-    LevelGraham,
-    /// d = floor(D * head / (head + tail)), for progress reports.
-    PathProportional,
-    /// d = D - tail.
-    LatestFinish,
-    /// d = D - tail, dispatched by d - c: the latest start that can still meet D.
-    #[default]
-    LatestStart,
+crate::capacity::values! {
+    /// How a node's sub-deadline follows from the end-to-end deadline D. `c` is WCET plus contention.
+    pub enum DeadlineRule {
+        /// d = D for every node: job-level EDF.
+        EndToEnd,
+        /// Level shares in proportion to the level's cost (paper Def. 4).
+        LevelSum,
+        /// Level shares that cover Graham's bound of each level first.
+        LevelGraham,
+        /// d = floor(D * head / (head + tail)), for progress reports.
+        PathProportional,
+        /// d = D - tail.
+        LatestFinish,
+        /// d = D - tail, dispatched by d - c: the latest start that can still meet D.
+        LatestStart,
+    }
 }
 
 impl DeadlineRule {

@@ -56,14 +56,12 @@ crate::error::errors! {
 
 impl<C: Capacity> Dag<C> {
     /// A graph without nodes.
+    #[expect(clippy::new_without_default, reason = "nothing is generic over it")]
     pub const fn new() -> Self {
         Self::EMPTY
     }
 
-    /// Adds a node. Time bound: O(1).
-    ///
-    /// # Errors
-    /// [`NodeError::Full`], [`NodeError::WorkOverflow`].
+    /// Adds a node. Time bound: O(1). Errors: [`NodeError::Full`], [`NodeError::WorkOverflow`].
     pub fn add_node(&mut self, node: Node) -> Result<NodeId, NodeError> {
         let end = usize::from(self.end);
         let mut places = (end..C::NODES).chain(0..end.min(C::NODES));
@@ -78,10 +76,7 @@ impl<C: Capacity> Dag<C> {
         Ok(NodeId::new(place as u8))
     }
 
-    /// Adds an edge. Time bound: O(nodes).
-    ///
-    /// # Errors
-    /// [`EdgeError`]; a cycle is found before the edge exists.
+    /// Adds an edge. Time bound: O(nodes). Errors: [`EdgeError`]; a cycle is found before the edge exists.
     pub fn add_edge(&mut self, from: NodeId, to: NodeId) -> Result<(), EdgeError> {
         if !self.contains(from) || !self.contains(to) {
             return Err(EdgeError::UnknownNode);
@@ -211,12 +206,6 @@ impl<C: Capacity> Dag<C> {
             open.extend(&fresh);
         }
         false
-    }
-}
-
-impl<C: Capacity> Default for Dag<C> {
-    fn default() -> Self {
-        Self::EMPTY
     }
 }
 

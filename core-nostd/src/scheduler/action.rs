@@ -57,25 +57,25 @@ impl Outcome {
     }
 }
 
-/// Why a job was given up.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[repr(u8)]
-pub enum ShedReason {
-    /// Not even its best case could end by the deadline.
-    Hopeless = 1,
-    /// Lasting overload; it had the lowest value.
-    Overload,
-    /// Lasting overload under the paper's rule; it had the lowest urgency.
-    Urgency,
-    /// No place for another job at its release.
-    Full,
-    /// It was past its deadline, and the late policy is to abort.
-    Late,
-    /// One of its nodes failed.
-    Fault,
-    /// Its task was removed.
-    Removed,
+crate::capacity::values! {
+    /// Why a job was given up.
+    #[repr(u8)]
+    pub enum ShedReason {
+        /// Not even its best case could end by the deadline.
+        Hopeless = 1,
+        /// Lasting overload; it had the lowest value.
+        Overload,
+        /// Lasting overload under the paper's rule; it had the lowest urgency.
+        Urgency,
+        /// No place for another job at its release.
+        Full,
+        /// It was past its deadline, and the late policy is to abort.
+        Late,
+        /// One of its nodes failed.
+        Fault,
+        /// Its task was removed.
+        Removed,
+    }
 }
 
 impl ShedReason {

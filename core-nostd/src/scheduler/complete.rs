@@ -22,10 +22,7 @@ crate::error::errors! {
 }
 
 impl<C: Capacity> Scheduler<C> {
-    /// The unit ended at `now`. All its members complete.
-    ///
-    /// # Errors
-    /// [`CompleteError`].
+    /// The unit ended at `now`. All its members complete. Errors: [`CompleteError`].
     #[inline(always)]
     pub fn complete(&mut self, unit: UnitId, now: Instant) -> Result<(), CompleteError> {
         self.advance(now);
@@ -46,9 +43,7 @@ impl<C: Capacity> Scheduler<C> {
     }
 
     /// The unit failed at `now`: all its members' jobs are given up with the reason `fault`.
-    ///
-    /// # Errors
-    /// [`CompleteError`].
+    /// Errors: [`CompleteError`].
     pub fn fail(&mut self, unit: UnitId, now: Instant) -> Result<(), CompleteError> {
         self.advance(now);
         let lane = self.lane_of(unit).ok_or_else(|| self.refuse(unit))?;

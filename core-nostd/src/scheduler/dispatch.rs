@@ -31,9 +31,7 @@ impl<C: Capacity> Scheduler<C> {
 
     /// `complete` and the first `poll` in one, for a lane that asks for its own next unit: that lane is
     /// preferred, so a chain stays where its data is. Always inlined: it belongs in one place, the loop of a lane.
-    ///
-    /// # Errors
-    /// As `complete`; nothing was polled then.
+    /// Errors: as `complete`; nothing was polled then.
     #[inline(always)]
     pub fn complete_and_poll(&mut self, unit: UnitId, now: Instant) -> Result<Option<Action>, CompleteError> {
         self.complete(unit, now)?;

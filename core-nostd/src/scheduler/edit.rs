@@ -66,10 +66,7 @@ impl<C: Capacity> Scheduler<C> {
     }
 
     /// Applies an edit to jobs released from now on. Time bound: O(nodes log nodes + edges) and the certificate,
-    /// O(lanes * (nodes + edges)).
-    ///
-    /// # Errors
-    /// [`CommitError`].
+    /// O(lanes * (nodes + edges)). Errors: [`CommitError`].
     pub fn commit(&mut self, edit: &Dag<C>, now: Instant) -> Result<Certificate, CommitError> {
         let t = self.task_slot(edit.task).ok_or(CommitError::UnknownTask)?;
         let task = &self.tasks[t];

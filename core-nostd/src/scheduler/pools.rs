@@ -66,10 +66,7 @@ crate::error::errors! {
 }
 
 impl<C: Capacity> Scheduler<C> {
-    /// Adds a pool of `lanes` lanes after the others.
-    ///
-    /// # Errors
-    /// [`PoolError`].
+    /// Adds a pool of `lanes` lanes after the others. Errors: [`PoolError`].
     pub fn add_pool(&mut self, lanes: u8, memory: Option<Bytes>) -> Result<PoolId, PoolError> {
         if lanes == 0 {
             return Err(PoolError::NoLane);
@@ -92,10 +89,7 @@ impl<C: Capacity> Scheduler<C> {
     }
 
     /// Makes a sensor known; jobs released between two captures share the earlier one. Sensors of equal
-    /// period are one: the frame's name tells them apart.
-    ///
-    /// # Errors
-    /// [`SensorError`].
+    /// period are one: the frame's name tells them apart. Errors: [`SensorError`].
     pub fn add_sensor(&mut self, period: Duration) -> Result<SensorId, SensorError> {
         if period == Duration::ZERO {
             return Err(SensorError::ZeroPeriod);

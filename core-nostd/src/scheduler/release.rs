@@ -30,10 +30,7 @@ impl<C: Capacity> Scheduler<C> {
 
     /// Releases a job whose release was at `release`, for hosts that learn of it later. `capture` is the number
     /// of the frame it reads; `None` takes the sensors' periods, and a capture of its own where a frame has no
-    /// sensor. Time bound: O(nodes).
-    ///
-    /// # Errors
-    /// [`ReleaseError`].
+    /// sensor. Time bound: O(nodes). Errors: [`ReleaseError`].
     #[inline(always)]
     pub fn release_at(
         &mut self,

@@ -4,10 +4,9 @@ use super::{Scheduler, event::Event};
 use crate::capacity::Capacity;
 use crate::config::Config;
 
-crate::capacity::stored! {
+crate::capacity::values! {
     /// What happened so far, in numbers.
-    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-    #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+    #[derive(Default)]
     #[non_exhaustive]
     pub struct Counters {
         /// Units dispatched.

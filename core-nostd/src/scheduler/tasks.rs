@@ -95,10 +95,7 @@ crate::capacity::stored! {
 
 impl<C: Capacity> Scheduler<C> {
     /// Admits a task after the others; its certificate is [`certificate`](Self::certificate). Time bound:
-    /// O(lanes * (nodes + edges) + nodes log nodes).
-    ///
-    /// # Errors
-    /// [`AddTaskError`].
+    /// O(lanes * (nodes + edges) + nodes log nodes). Errors: [`AddTaskError`].
     pub fn add_task(&mut self, dag: &Dag<C>, timing: Timing) -> Result<TaskId, AddTaskError> {
         if timing.deadline == Duration::ZERO || timing.deadline > LONGEST_DEADLINE {
             return Err(AddTaskError::Deadline);

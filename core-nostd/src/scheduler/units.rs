@@ -38,43 +38,41 @@ impl Lane {
     }
 }
 
-/// One sub-job of a unit, and what its body may want to know.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Member {
-    /// The job.
-    pub job: JobId,
-    /// Its task.
-    pub task: TaskId,
-    /// The how-manieth job of its task, from 0.
-    pub index: u64,
-    /// The node.
-    pub node: NodeId,
-    /// When the job was released.
-    pub release: Instant,
-    /// When the job is due.
-    pub deadline: Instant,
-    /// When the node should end: release plus its sub-deadline, at least the epoch.
-    pub sub_deadline: Instant,
-}
+crate::capacity::values! {
+    /// One sub-job of a unit, and what its body may want to know.
+    pub struct Member {
+        /// The job.
+        pub job: JobId,
+        /// Its task.
+        pub task: TaskId,
+        /// The how-manieth job of its task, from 0.
+        pub index: u64,
+        /// The node.
+        pub node: NodeId,
+        /// When the job was released.
+        pub release: Instant,
+        /// When the job is due.
+        pub deadline: Instant,
+        /// When the node should end: release plus its sub-deadline, at least the epoch.
+        pub sub_deadline: Instant,
+    }
 
-/// What a unit is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Unit {
-    /// Its first member: the one whose body runs.
-    pub first: Member,
-    /// Where it runs.
-    pub lane: LaneId,
-    /// The lane's pool.
-    pub pool: PoolId,
-    /// When it started.
-    pub started: Instant,
-    /// The worst-case execution time of the first member's node.
-    pub wcet: Duration,
-    /// Number of the encoder result that the unit writes or reads. Numbers are below `C::NODES`, and one stays
-    /// the same result until nobody in flight needs it.
-    pub output: Option<u16>,
+    /// What a unit is.
+    pub struct Unit {
+        /// Its first member: the one whose body runs.
+        pub first: Member,
+        /// Where it runs.
+        pub lane: LaneId,
+        /// The lane's pool.
+        pub pool: PoolId,
+        /// When it started.
+        pub started: Instant,
+        /// The worst-case execution time of the first member's node.
+        pub wcet: Duration,
+        /// Number of the encoder result that the unit writes or reads. Numbers are below `C::NODES`, and one stays
+        /// the same result until nobody in flight needs it.
+        pub output: Option<u16>,
+    }
 }
 
 impl<C: Capacity> Scheduler<C> {

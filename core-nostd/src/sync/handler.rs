@@ -75,10 +75,7 @@ impl HandlerCell {
         }
     }
 
-    /// Goes from one state to another. Time bound: O(1), no waiting.
-    ///
-    /// # Errors
-    /// [`TransitionError`].
+    /// Goes from one state to another. Time bound: O(1), no waiting. Errors: [`TransitionError`].
     pub fn go(&self, from: HandlerState, to: HandlerState) -> Result<(), TransitionError> {
         if !from.may_become(to) {
             return Err(TransitionError::Illegal);

@@ -78,10 +78,7 @@ impl<T: Copy + Empty, const N: usize> Mailbox<T, N> {
 }
 
 impl<T: Copy + Empty, const N: usize> Post<'_, T, N> {
-    /// Posts a letter. Time bound: O(1), no waiting.
-    ///
-    /// # Errors
-    /// The letter, when the box is full.
+    /// Posts a letter. Time bound: O(1), no waiting. Errors: the letter, when the box is full.
     pub fn push(&self, letter: T) -> Result<(), T> {
         let mailbox = self.0;
         let head = mailbox.head.load(Ordering::Relaxed);
