@@ -20,6 +20,8 @@ const LAYERS: &[&[&str]] = &[
 const BESIDE: &str = "sync";
 
 const CORE: &str = "core-nostd/src/";
+/// The whole core: a newcomer reads it in one sitting.
+const CORE_TOTAL: usize = 5_000;
 const CORE_BUDGET: usize = 250;
 const BUDGET: usize = 400;
 
@@ -78,6 +80,13 @@ fn budget_violations(sources: &[Source]) -> Vec<String> {
         (lines > budget).then(|| format!("{}: {lines} lines, the budget is {budget}", source.path))
     };
     sources.iter().filter(|source| !source.is_test()).filter_map(|source| over(&source)).collect()
+}
+
+fn total_violations(sources: &[Source]) -> Vec<String> {
+    let core = sources.iter().filter(|source| source.is_in(CORE) && !source.is_test());
+    let lines: usize = core.map(Source::lines_that_count).sum();
+    let over = lines > CORE_TOTAL;
+    over.then(|| format!("{CORE}: {lines} lines in all, the budget is {CORE_TOTAL}")).into_iter().collect()
 }
 
 fn unsafe_violations(sources: &[Source]) -> Vec<String> {
@@ -179,6 +188,18 @@ fn no_file_is_longer_than_its_budget() {
         Source::new("tests/src/oracle.rs", &lines(BUDGET + 1)),
     ];
     hold(budget_violations, &clean, &planted);
+}
+
+#[test]
+fn the_core_is_not_longer_than_one_sitting() {
+    let lines = |n: usize| "/// a line of documentation\nconst A: u8 = 0;\n\n// why\n".repeat(n / 2);
+    let clean = [
+        Source::new("core-nostd/src/time.rs", &lines(CORE_TOTAL)),
+        Source::new("core-nostd/src/time/tests.rs", &lines(100)),
+        Source::new("sim/src/host.rs", &lines(100)),
+    ];
+    let planted = [Source::new("core-nostd/src/time.rs", &lines(CORE_TOTAL + 2))];
+    hold(total_violations, &clean, &planted);
 }
 
 #[test]

@@ -75,6 +75,12 @@ impl Source {
         self.text[..self.end_of_code()].lines().count()
     }
 
+    /// Lines of code and of documentation; blank ones, plain comments and tests are not counted.
+    pub(crate) fn lines_that_count(&self) -> usize {
+        let counts = |line: &str| !line.is_empty() && (!line.starts_with("//") || is_doc(line));
+        self.text[..self.end_of_code()].lines().filter(|line| counts(line.trim_start())).count()
+    }
+
     /// Where the tests inside the file begin, their attribute included.
     fn end_of_code(&self) -> usize {
         let tests = self.code.find("\nmod tests {");
@@ -112,6 +118,10 @@ fn collect(folder: &Path, files: &mut Vec<PathBuf>) {
             files.push(path);
         }
     }
+}
+
+fn is_doc(line: &str) -> bool {
+    line.starts_with("///") || line.starts_with("//!")
 }
 
 fn is_word(c: char) -> bool {
