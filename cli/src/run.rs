@@ -11,6 +11,7 @@ use crate::session::{self, Options, Progress, RunSummary, Session, SessionError}
 use crate::table::{Table, time};
 use red_rt::runtime::Mode;
 use red_rt::setup::SetupError;
+use red_workload::model::Arrival;
 use red_workload::policy::Policy;
 use red_workload::{Source, shown_path};
 use std::cell::RefCell;
@@ -130,10 +131,24 @@ pub(crate) fn watch(source: &Source, options: &Options) -> Result<Session, Failu
     if session.hung > 0 {
         output::note(&hung(&session));
     }
+    for name in never_released(source, &session.summary) {
+        output::note(&format!(
+            "task `{name}` was never released: in `run` only a plugin releases tasks with `min_interarrival`; give it \
+             `period` to release it by the clock"
+        ));
+    }
     if let Some(signal) = session.summary.stopped_by {
         output::note(&format!("stopped by {signal}; what follows is the run so far"));
     }
     Ok(session)
+}
+
+/// Sporadic tasks that no plugin released.
+fn never_released<'a>(source: &'a Source, summary: &RunSummary) -> impl Iterator<Item = &'a str> {
+    let tasks = source.workload.tasks.iter().zip(&summary.report.tasks);
+    let silent = tasks
+        .filter(|(task, report)| matches!(task.arrival, Arrival::Sporadic { .. }) && report.released == 0);
+    silent.map(|(task, _)| task.name.as_str())
 }
 
 /// What became of bodies that did not return.

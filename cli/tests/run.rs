@@ -82,3 +82,16 @@ fn under_strict_a_miss_is_a_no() {
     assert_eq!(strict("1us"), (1, 0));
     assert_eq!(strict("20s"), (0, 0));
 }
+
+#[test]
+fn a_sporadic_task_that_nothing_releases_is_named_with_the_cure() {
+    let text = "pool = [{ name = \"cpu\", lanes = 1 }]\n[[task]]\nname = \"door\"\nmin_interarrival = \"10ms\"\n\
+                deadline = \"10ms\"\nnode = [{ name = \"a\", wcet = \"1ms\", body = { spin = \"1ms\" } }]\n";
+    let told = |text: &str| {
+        let (status, _, err) = best_effort("run-sporadic.toml", text, &["--duration", "50ms"]);
+        assert_eq!(status, 0, "{err}");
+        err.contains("task `door` was never released") && err.contains("give it `period`")
+    };
+    assert!(told(text));
+    assert!(!told(&text.replace("min_interarrival", "period")));
+}

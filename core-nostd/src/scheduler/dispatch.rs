@@ -88,7 +88,8 @@ impl<C: Capacity> Scheduler<C> {
         let slot = self.pick(pool)?;
         let rank = self.head_of(slot, pool)?;
         let wanted = free & prefer;
-        let lane = if wanted != 0 { wanted.trailing_zeros() } else { free.trailing_zeros() } as usize;
+        let lane = if wanted != 0 { wanted.trailing_zeros() } else { free.trailing_zeros() };
+        let lane = if C::LANES == 1 { 0 } else { lane as usize };
         let (version, limited) = (self.version(slot), self.pools[pool].limited);
         if !version.is_plain || limited {
             cold_path();

@@ -22,10 +22,10 @@ crate::capacity::stored! {
         pub(super) task: TaskId,
         pub(super) generation: u16,
         pub(super) version: u8,
-        /// Nodes that are not done.
-        pub(super) left: u16,
         /// Whether a node started, or a result was taken.
         pub(super) started: bool,
+        /// Nodes that are not done. As wide as it is loaded: a wide load soon after a narrow store waits for it.
+        pub(super) left: u32,
         /// Whether its worst case ended after the deadline when last looked at.
         pub(super) behind: bool,
         /// Whether an encoder runs again after its result was thrown away.

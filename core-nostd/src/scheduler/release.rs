@@ -62,7 +62,7 @@ impl<C: Capacity> Scheduler<C> {
         job.task = task;
         job.version = current;
         job.generation = generation;
-        job.left = version.len;
+        job.left = version.len.into();
         job.release = release;
         job.deadline = deadline;
         job.key = key;

@@ -189,16 +189,17 @@ impl<C: Capacity> Scheduler<C> {
     pub(super) fn vacate(&mut self, lane: usize) -> Lane {
         let l = self.lanes[lane];
         self.free(lane);
+        self.activate(usize::from(l.pool));
         (self.lanes[lane].merged, self.lanes[lane].is_encoder) = (false, false);
         l
     }
 
-    /// Frees a lane and the memory of its unit.
+    /// Frees a lane and the memory of its unit. The caller makes its pool active, as `requeue` does.
     #[inline(always)]
     pub(super) fn free(&mut self, lane: usize) {
         let l = &mut self.lanes[lane];
         let pool = usize::from(l.pool);
-        self.pools[pool].busy += self.now.since(l.started).as_nanos();
+        self.pools[pool].busy += self.now.as_nanos() - l.started.as_nanos();
         l.unit = UnitId::EMPTY;
         // With one lane the whole word is stored, as in `activate`.
         self.pools[pool].free = if C::LANES == 1 { 1 } else { self.pools[pool].free | 1 << lane };
@@ -207,6 +208,5 @@ impl<C: Capacity> Scheduler<C> {
             self.pools[pool].used -= l.memory;
             l.memory = 0;
         }
-        self.activate(pool);
     }
 }
