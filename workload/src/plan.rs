@@ -5,14 +5,15 @@
 
 mod admission;
 mod cure;
+mod level_capacity;
 mod utilisation;
 
 use crate::build::{self, BuildError};
 use crate::model::{Arrival, Task, Workload};
 use admission::{Pools, Versions};
+use level_capacity::level_capacity;
 use red_core::{
-    Capacity, Config, Dag, DeadlineRule, Duration, Empty, LevelShare, Levels, Scheduler, SubDeadlines,
-    level_capacity, shares,
+    Capacity, Config, Dag, DeadlineRule, Duration, Empty, LevelShare, Levels, Scheduler, SubDeadlines, shares,
 };
 use serde::Serialize;
 

@@ -30,12 +30,14 @@ impl<C: Capacity> Scheduler<C> {
         Some(next)
     }
 
-    /// Whether `fitting` would find something in a pool with a free lane.
-    pub(super) fn has_fitting(&self, pool: usize) -> bool {
-        let head = |slot| self.head_of(slot, pool).map(|rank| (self.rank_key(slot, rank), slot, rank));
-        let first = self.slots().filter_map(head).min();
-        first.is_some_and(|(_, slot, rank)| {
-            self.next_that_fits(pool, slot, rank).is_some() || self.is_drained(pool)
+    /// Whether a pool has both a free lane and a sub-job that could start on it.
+    pub fn can_dispatch(&self) -> bool {
+        let head = |slot, pool| self.head_of(slot, pool).map(|rank| (self.rank_key(slot, rank), slot, rank));
+        self.pool_numbers().filter(|pool| self.pools[*pool].free != 0).any(|pool| {
+            let first = self.slots().filter_map(|slot| head(slot, pool)).min();
+            first.is_some_and(|(_, slot, rank)| {
+                self.next_that_fits(pool, slot, rank).is_some() || self.is_drained(pool)
+            })
         })
     }
 

@@ -50,11 +50,6 @@ impl<C: Capacity> Scheduler<C> {
         self.lane_numbers().filter(|l| self.lanes[*l].is_busy()).count()
     }
 
-    /// Whether a pool has both a free lane and a sub-job that could start on it.
-    pub fn can_dispatch(&self) -> bool {
-        self.pool_numbers().any(|pool| self.pools[pool].free != 0 && self.has_fitting(pool))
-    }
-
     /// Takes the oldest event of the record.
     pub fn take_event(&mut self) -> Option<&Event> {
         self.record.take()

@@ -1,10 +1,11 @@
 //! The verdict: every test of every task and pool, for the graphs as written and after each event.
 
+use super::level_capacity::LevelCapacity;
 use super::period_ns;
 use super::utilisation::{Demand, slack};
 use crate::build::{self, BuildError, Step};
 use crate::model::{Task, Workload};
-use red_core::{Bound, Bytes, Capacity, Dag, Duration, Frame, LevelCapacity, Levels, Role, response_time};
+use red_core::{Bound, Bytes, Capacity, Dag, Duration, Frame, Levels, Role, response_time};
 use serde::Serialize;
 use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
@@ -80,8 +81,8 @@ impl Certificate {
     pub(super) fn of(versions: &Versions, capacity: &LevelCapacity) -> Self {
         Self {
             base: versions.base.proof.clone(),
-            levels_fit: capacity.first_short.is_none(),
-            paper_condition: capacity.paper,
+            levels_fit: capacity.levels_fit,
+            paper_condition: capacity.paper_condition,
             changes: versions.changes.iter().map(|version| version.proof.clone()).collect(),
         }
     }
