@@ -59,7 +59,10 @@ fn main() -> ExitCode {
     println!("\n{}", table::LEGEND);
     let bench = Bench { machine, quick };
     let outcome: Outcome = chosen.iter().map(|(_, section)| section(&bench)).sum();
-    println!("\n{} above their bound, {} not measured", outcome.above, outcome.missing);
+    let Outcome { above, missing, absent } = outcome;
+    println!(
+        "\n{above} above their bound, {missing} not measured, {absent} rows of peers that are not at hand"
+    );
     match outcome {
         Outcome { missing: 1.., .. } => ExitCode::from(3),
         Outcome { above: 1.., .. } => ExitCode::from(1),

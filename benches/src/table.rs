@@ -53,6 +53,8 @@ pub(crate) struct Outcome {
     pub(crate) above: usize,
     /// Rows without figures that should have some.
     pub(crate) missing: usize,
+    /// Rows of peers that this machine does not have.
+    pub(crate) absent: usize,
 }
 
 impl Sum for Outcome {
@@ -60,6 +62,7 @@ impl Sum for Outcome {
         outcomes.fold(Self::default(), |sum, next| Self {
             above: sum.above + next.above,
             missing: sum.missing + next.missing,
+            absent: sum.absent + next.absent,
         })
     }
 }
@@ -71,6 +74,7 @@ impl Table<'_> {
         Outcome {
             above: self.ours().filter(|(row, must)| self.within(row, *must) == Some(false)).count(),
             missing: self.rows.iter().filter(|row| row.rounds.as_ref().is_err_and(|why| why.fails())).count(),
+            absent: self.rows.iter().filter(|row| row.rounds.as_ref().is_err_and(|why| !why.fails())).count(),
         }
     }
 

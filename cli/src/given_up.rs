@@ -5,16 +5,29 @@ use red_core::{Capacity, ShedReason};
 use std::collections::BTreeMap;
 use std::fmt;
 
-/// Reasons in words, in the order in which they are told.
-const WORDS: [(ShedReason, &str); 7] = [
-    (ShedReason::Full, "no place for a 65th job"),
-    (ShedReason::Hopeless, "not even its best case could end by the deadline"),
-    (ShedReason::Overload, "lasting overload, and it had the lowest value"),
-    (ShedReason::Urgency, "lasting overload, and it had the lowest urgency"),
-    (ShedReason::Late, "past its deadline"),
-    (ShedReason::Fault, "one of its bodies failed"),
-    (ShedReason::Removed, "its task was removed"),
+/// Reasons in the order in which they are told.
+const ORDER: [ShedReason; 7] = [
+    ShedReason::Full,
+    ShedReason::Hopeless,
+    ShedReason::Overload,
+    ShedReason::Urgency,
+    ShedReason::Late,
+    ShedReason::Fault,
+    ShedReason::Removed,
 ];
+
+/// A reason in words. Who adds one adds it to `ORDER` too.
+const fn words(reason: ShedReason) -> &'static str {
+    match reason {
+        ShedReason::Full => "no place for a 65th job",
+        ShedReason::Hopeless => "not even its best case could end by the deadline",
+        ShedReason::Overload => "lasting overload, and it had the lowest value",
+        ShedReason::Urgency => "lasting overload, and it had the lowest urgency",
+        ShedReason::Late => "past its deadline",
+        ShedReason::Fault => "one of its bodies failed",
+        ShedReason::Removed => "its task was removed",
+    }
+}
 
 // What the words of `Full` say.
 const _: () = assert!(Robot::JOBS == 64 && red_sim::Lab::JOBS == 64);
@@ -39,9 +52,9 @@ impl GivenUp {
 
     /// The reasons that occurred, with their counts and their words.
     fn reasons(&self) -> impl Iterator<Item = (&'static str, u64, &'static str)> {
-        WORDS.iter().filter_map(|(reason, words)| {
+        ORDER.into_iter().filter_map(|reason| {
             let name = reason.name();
-            self.0.get(name).map(|count| (name, *count, *words))
+            self.0.get(name).map(|count| (name, *count, words(reason)))
         })
     }
 }

@@ -173,6 +173,31 @@ fn no_module_uses_one_above_it() {
     hold(layer_violations, &clean, &planted);
 }
 
+/// Files of tests that no module names: they would never be compiled.
+fn orphan_violations(sources: &[Source]) -> Vec<String> {
+    let tests = sources.iter().filter_map(|source| source.path.strip_suffix("/tests.rs"));
+    let names_it = |folder: &str| {
+        let parents = [format!("{folder}.rs"), format!("{folder}/mod.rs"), format!("{folder}/lib.rs")];
+        let parent = sources.iter().filter(|source| parents.contains(&source.path));
+        parent.flat_map(|source| source.lines_with("tests")).any(|(_, text)| text.trim() == "mod tests;")
+    };
+    let orphans = tests.filter(|folder| !names_it(folder));
+    orphans.map(|folder| format!("{folder}/tests.rs: no module has `mod tests;` for it")).collect()
+}
+
+#[test]
+fn every_file_of_tests_belongs_to_a_module() {
+    let tests = |path: &str| Source::new(path, "#[test]\nfn a_test() {}\n");
+    let clean = [
+        Source::new("core-nostd/src/time.rs", "#[cfg(test)]\nmod tests;\n"),
+        tests("core-nostd/src/time/tests.rs"),
+        Source::new("core-nostd/src/scheduler/mod.rs", "#[cfg(test)]\nmod tests;\n"),
+        tests("core-nostd/src/scheduler/tests.rs"),
+    ];
+    let planted = [tests("core-nostd/src/gone/tests.rs")];
+    hold(orphan_violations, &clean, &planted);
+}
+
 #[test]
 fn no_file_is_longer_than_its_budget() {
     let lines = |n: usize| "// one line\n".repeat(n);

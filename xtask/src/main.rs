@@ -26,9 +26,9 @@ usage: cargo xtask TASK
 
 example: cargo xtask test fmt clippy
 
-Exit status: 0 done, 1 something failed, 2 wrong arguments; that of the bench is in its own help. Tools that are missing are installed where that
-needs no question (into the target folder, by rustup, as root on Debian by apt-get), or named with the line that
-installs them.";
+Exit status: 0 done, 1 something failed, 2 wrong arguments; that of the bench is in its own help. Tools that are
+missing are installed where that needs no question (into the target folder, by rustup, as root on Debian by apt-get),
+or named with the line that installs them.";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = env::args().skip(1).collect();

@@ -105,3 +105,6 @@ impl<C: Capacity> Scheduler<C> {
         Bytes(if pool.index() < C::POOLS { self.pools[pool.index()].used } else { 0 })
     }
 }
+
+#[cfg(test)]
+mod tests;
