@@ -177,9 +177,10 @@ fn no_module_uses_one_above_it() {
 fn orphan_violations(sources: &[Source]) -> Vec<String> {
     let tests = sources.iter().filter_map(|source| source.path.strip_suffix("/tests.rs"));
     let names_it = |folder: &str| {
-        let parents = [format!("{folder}.rs"), format!("{folder}/mod.rs"), format!("{folder}/lib.rs")];
+        let inside = ["mod", "lib", "main"].map(|name| format!("{folder}/{name}.rs"));
+        let parents = [&[format!("{folder}.rs")], inside.as_slice()].concat();
         let parent = sources.iter().filter(|source| parents.contains(&source.path));
-        parent.flat_map(|source| source.lines_with("tests")).any(|(_, text)| text.trim() == "mod tests;")
+        parent.flat_map(|source| source.lines_with("tests")).any(|(_, text)| text.ends_with("mod tests;"))
     };
     let orphans = tests.filter(|folder| !names_it(folder));
     orphans.map(|folder| format!("{folder}/tests.rs: no module has `mod tests;` for it")).collect()
