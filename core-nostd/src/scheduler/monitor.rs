@@ -99,7 +99,6 @@ impl<C: Capacity> Scheduler<C> {
             self.monitor.behind = false;
             self.alarm = Instant::MAX;
         }
-        self.monitor.behind |= self.jobs[slot].behind;
         self.alarm = self.alarm.min(self.look_at(slot)).min(self.tick_to_keep());
     }
 
