@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use red_core::sync::TicketLock;
-use red_core::{Caps, Scheduler, SharedScheduler};
+use red_core::{Caps, Scheduler};
+use red_sync::{SharedScheduler, TicketLock};
 
 use crate::count;
 use crate::edit;

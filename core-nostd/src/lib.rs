@@ -15,9 +15,9 @@
 //!
 //! Modules in layers, each of which uses its own and those before it: words (`time`, `id`, `capacity`, `fmt`,
 //! `error`); `graph`; `deadlines` and `analysis`; `ready_queue`; `policy` and `config`; `scheduler`, the state
-//! machine; `shared`, one scheduler for many lanes. Beside them `sync` uses words only.
-#![cfg_attr(not(any(test, loom)), no_std)]
-#![deny(unsafe_code)]
+//! machine.
+#![cfg_attr(not(test), no_std)]
+#![forbid(unsafe_code)]
 
 mod analysis;
 mod capacity;
@@ -30,8 +30,6 @@ mod id;
 mod policy;
 mod ready_queue;
 mod scheduler;
-mod shared;
-pub mod sync;
 mod time;
 
 pub use analysis::*;
@@ -52,5 +50,4 @@ pub use scheduler::release::ReleaseError;
 pub use scheduler::status::Counters;
 pub use scheduler::tasks::{AddTaskError, Timing};
 pub use scheduler::units::{Member, Unit};
-pub use shared::{Request, Requests, SharedScheduler};
 pub use time::{Bytes, Contention, CostEstimate, Duration, Instant, Ppm, SignedDuration, Wcet};

@@ -16,8 +16,8 @@ use crate::timeline::{Host, Timeline};
 use crate::usage::Usage;
 use crate::watchdog::Bound;
 use core::sync::atomic::Ordering;
-use red_core::sync::Exclusive;
-use red_core::{Action, Capacity, Instant, LaneId, ReleaseError, Requests, Scheduler, UnitId};
+use red_core::{Action, Capacity, Instant, LaneId, ReleaseError, Scheduler, UnitId};
+use red_sync::{Exclusive, Requests};
 
 /// Bound of a body: this many times its WCET, and a fixed part.
 const BOUND_TIMES: u64 = 10;

@@ -55,7 +55,7 @@ impl<T> PiLock<T> {
     }
 }
 
-impl<T> red_core::sync::Exclusive<T> for PiLock<T> {
+impl<T> red_sync::Exclusive<T> for PiLock<T> {
     /// # Panics
     /// Without priority-inheriting futexes in the kernel; hosts ask for one with [`PiLock::new`] first.
     fn new(value: T) -> Self {

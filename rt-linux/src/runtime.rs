@@ -15,8 +15,8 @@ use crate::threads::{Gate, NO_HOST, Starter, start_all};
 use crate::timeline::{Host, Releases, Timeline};
 use crate::watchdog::{Slot, Watchdog};
 use core::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
-use red_core::sync::{Exclusive, TicketLock};
-use red_core::{Capacity, Instant, Request, Scheduler, SharedScheduler, TaskId};
+use red_core::{Capacity, Instant, Scheduler, TaskId};
+use red_sync::{Exclusive, Request, SharedScheduler, TicketLock};
 use std::sync::Arc;
 
 /// How long an idle lane spins before it sleeps, where it has its CPU to itself: twice a wake-up.

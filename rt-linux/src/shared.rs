@@ -6,8 +6,8 @@ use crate::seat::Seat;
 use crate::timeline::Timeline;
 use crate::watchdog::Slot;
 use core::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
-use red_core::sync::{Exclusive, TicketLock};
-use red_core::{Capacity, Instant, LaneId, Scheduler, SharedScheduler};
+use red_core::{Capacity, Instant, LaneId, Scheduler};
+use red_sync::{Exclusive, SharedScheduler, TicketLock};
 use std::sync::Arc;
 
 /// Producers outside of the lanes, and requests that each may have under way.

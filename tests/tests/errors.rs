@@ -7,7 +7,6 @@ use std::fmt::Debug;
 use std::fs;
 use std::path::Path;
 
-use red_core::sync::{HandlerCell, HandlerState};
 use red_core::{
     Action, Admission, Bytes, Caps, Config, Contention, Dag, Duration, Event, EventKind, Frame, Instant,
     Late, Node, NodeId, Outcome, PoolId, Scheduler, TaskId, Timing, UnitId, Wcet, refine,
@@ -299,16 +298,6 @@ fn commit_errors() -> Vec<String> {
     names
 }
 
-fn transition_errors() -> Vec<String> {
-    let mut handler = HandlerCell::new();
-    let names = vec![
-        refused(&mut handler, |h| h.go(HandlerState::Idle, HandlerState::Done)),
-        refused(&mut handler, |h| h.go(HandlerState::Running, HandlerState::Done)),
-    ];
-    handler.go(HandlerState::Idle, HandlerState::Ready).expect("the handler is idle");
-    names
-}
-
 /// Every error that the sources of the core declare.
 fn declared() -> BTreeSet<String> {
     let mut found = BTreeSet::new();
@@ -346,7 +335,6 @@ fn every_error_is_provoked_and_changes_nothing() {
         release_errors(),
         complete_errors(),
         commit_errors(),
-        transition_errors(),
     ];
     let provoked: BTreeSet<String> = kinds.into_iter().flatten().collect();
     assert!(provoked.len() > 30, "only {} errors", provoked.len());

@@ -19,10 +19,10 @@ const STEPS: &[Step] = &[
     Step { name: "fmt", what: "the sources are formatted", run: fmt },
     Step {
         name: "target",
-        what: "the core builds for a microcontroller, with and without defmt",
+        what: "core and synchronizers build for a microcontroller, with and without defmt",
         run: target,
     },
-    Step { name: "loom", what: "the core builds with the model checker's primitives", run: loom },
+    Step { name: "loom", what: "the synchronizers build with the model checker's primitives", run: loom },
     Step { name: "clippy", what: "no lint speaks, all targets and features", run: clippy },
     Step { name: "test", what: "unit, behaviour and documentation tests", run: test },
     Step { name: "doc", what: "the documentation builds without a warning", run: doc },
@@ -63,7 +63,7 @@ fn fmt(workspace: &Workspace) -> Result<Tally, Failure> {
 
 fn target(workspace: &Workspace) -> Result<Tally, Failure> {
     tools::microcontroller(workspace)?;
-    let build = ["build", "--package", "red-core", "--target", MICROCONTROLLER];
+    let build = ["build", "--package", "red-sync", "--target", MICROCONTROLLER];
     workspace.cargo(&build).stream()?;
     workspace.cargo(&build).args(&["--features", "defmt"]).stream()
 }
@@ -71,7 +71,7 @@ fn target(workspace: &Workspace) -> Result<Tally, Failure> {
 fn loom(workspace: &Workspace) -> Result<Tally, Failure> {
     // A folder of its own: the flags would have everything built anew, and then again.
     let folder = workspace.target.join("loom");
-    let check = ["check", "--package", "red-core"];
+    let check = ["check", "--package", "red-sync"];
     workspace.cargo(&check).env("RUSTFLAGS", "--cfg loom").env("CARGO_TARGET_DIR", folder).stream()
 }
 

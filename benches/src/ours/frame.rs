@@ -4,8 +4,8 @@ use std::hint;
 use std::sync::Arc;
 use std::time;
 
-use red_core::sync::TicketLock;
-use red_core::{Action, Capacity, Config, Instant, PoolId, Request, Scheduler, SharedScheduler, TaskId};
+use red_core::{Action, Capacity, Config, Instant, PoolId, Scheduler, TaskId};
+use red_sync::{Request, SharedScheduler, TicketLock};
 
 use super::{admit, dag};
 use crate::companion::Companion;

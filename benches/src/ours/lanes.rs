@@ -5,8 +5,8 @@ use std::hint;
 use std::sync::Arc;
 use std::time;
 
-use red_core::sync::TicketLock;
-use red_core::{Action, Capacity, Dag, Instant, ReleaseError, Scheduler, SharedScheduler, TaskId, UnitId};
+use red_core::{Action, Capacity, Dag, Instant, ReleaseError, Scheduler, TaskId, UnitId};
+use red_sync::{SharedScheduler, TicketLock};
 
 use super::{admit, failed};
 use crate::companion::Companion;

@@ -1,9 +1,7 @@
 //! What a graph must satisfy to be admitted, and what can be proved about it.
 
-use super::{
-    Scheduler,
-    tasks::{AddTaskError, Timing},
-};
+use super::Scheduler;
+use super::tasks::{AddTaskError, Timing};
 use crate::analysis::{Certificate, response_time};
 use crate::capacity::{Capacity, Empty};
 use crate::config::Admission;

@@ -1,12 +1,9 @@
 //! `poll`: the only place that picks what runs.
 
-use super::{
-    Scheduler,
-    action::{Action, Dispatch},
-};
+use super::action::{Action, Dispatch};
+use super::{Scheduler, complete::CompleteError};
 use crate::capacity::Capacity;
 use crate::id::{LaneId, UnitId};
-use crate::scheduler::complete::CompleteError;
 use crate::time::Instant;
 use core::convert::identity;
 use core::hint::cold_path;

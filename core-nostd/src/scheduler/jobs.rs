@@ -1,13 +1,7 @@
 //! A job: one release of a task, and how far each of its nodes is.
 
-use super::{
-    Scheduler,
-    action::{Outcome, ShedReason},
-    bits,
-    event::EventKind,
-    pools::Rank,
-    version::Version,
-};
+use super::action::{Outcome, ShedReason};
+use super::{Scheduler, bits, event::EventKind, pools::Rank, version::Version};
 use crate::capacity::{Capacity, Empty};
 use crate::graph::{Node, NodeSet};
 use crate::id::{JobId, TaskId};

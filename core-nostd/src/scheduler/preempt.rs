@@ -4,12 +4,8 @@
 //! its lane and is ready again with what it has done. Atomic nodes and encoders keep their lanes: an encoder's
 //! result may already be waited for. As many sub-jobs as there are lanes may be suspended at a time.
 
-use super::{
-    Scheduler,
-    action::{Action, Dispatch},
-    bits,
-    event::EventKind,
-};
+use super::action::{Action, Dispatch};
+use super::{Scheduler, bits, event::EventKind};
 use crate::capacity::{Capacity, Empty};
 use crate::time::Duration;
 

@@ -1,16 +1,8 @@
 use super::*;
-use crate::sync::TicketLock;
-use crate::{Caps, SharedScheduler};
+use crate::Caps;
 
 /// The paper's workload: 4 tasks of 16 nodes, 16 jobs, 4 lanes.
 type Paper = Caps<4, 16, 16>;
-
-#[test]
-fn the_papers_workload_fits_in_12_kib_with_its_synchronizers() {
-    let bytes = size_of::<SharedScheduler<Paper, TicketLock<Scheduler<Paper>>, 1, 8>>();
-    assert!(bytes <= 12 * 1024, "{bytes} bytes");
-    assert_eq!(Scheduler::<Paper>::RECORD_SIZE, size_of::<u64>() * 4);
-}
 
 #[test]
 fn a_steady_state_of_one_job_never_touches_the_queue() {

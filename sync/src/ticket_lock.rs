@@ -4,13 +4,13 @@
 //! *Rule.* Take the next ticket, wait until it is served. *Why it holds.* Tickets are served in order, so with n
 //! contenders a waiter sees at most n - 1 critical sections, and each of those is bounded by the capacities.
 
-use super::Exclusive;
-use super::primitive::{AtomicU32, Cell, Ordering, constructor, spin};
+use crate::Exclusive;
+use crate::primitive::{AtomicU32, Cell, Ordering, constructor, spin};
 
 /// A value behind a fair spin lock. Contenders must each have a CPU of their own; see the module.
 ///
 /// ```
-/// use red_core::sync::{Exclusive, TicketLock};
+/// use red_sync::{Exclusive, TicketLock};
 /// let counter = TicketLock::new(0);
 /// counter.with(|n| *n += 1);
 /// assert_eq!(counter.with(|n| *n), 1);

@@ -1,4 +1,6 @@
-//! The synchronizers: the only concurrent code, and the only place in this crate with atomics.
+//! One scheduler for many lanes: the paper's synchronizers (section 4.4). The scheduler itself knows no threads; what
+//! has to be right under concurrency stands here, on the atomics of `primitive` alone, so that a model checker can put
+//! its own in their place.
 //!
 //! | who | may call |
 //! |---|---|
@@ -9,14 +11,18 @@
 //!
 //! Under SCHED_FIFO a thread that spins on a lock whose holder it has preempted on the same CPU never returns. So a
 //! lane's CPU has no other contender. Hosts whose lanes share CPUs bring a priority-inheriting [`Exclusive`].
+#![cfg_attr(not(any(test, loom)), no_std)]
+#![deny(unsafe_code)]
 
 mod handler;
 mod mailbox;
 mod primitive;
+mod shared;
 mod ticket_lock;
 
 pub use handler::{HandlerCell, HandlerState, TransitionError};
 pub use mailbox::{Mailbox, Post};
+pub use shared::{Request, Requests, SharedScheduler};
 pub use ticket_lock::TicketLock;
 
 /// Something that lets one caller at a time have a value.

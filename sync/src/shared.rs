@@ -1,30 +1,27 @@
-//! Layer 6: one scheduler for many lanes, the paper's global synchronizer. Lanes take the lock; everybody else
+//! One scheduler for many lanes, the paper's global synchronizer. Lanes take the lock; everybody else
 //! posts a request into a mailbox of its own, and the next lane that has the lock applies it. So all inputs have
 //! one total order, that of the lock.
 
-use crate::capacity::Capacity;
-use crate::id::TaskId;
-use crate::scheduler::Scheduler;
-use crate::sync::{Exclusive, Mailbox, Post};
-use crate::time::Instant;
+use crate::{Exclusive, Mailbox, Post};
+use red_core::{Capacity, Instant, Scheduler, TaskId};
 
-crate::capacity::values! {
-    /// A release, asked for from outside of the lanes.
-    pub struct Request {
-        /// Whose job.
-        pub task: TaskId,
-        /// When it was released.
-        pub at: Instant,
-        /// The frame that it reads; `None` as in `release_at`.
-        pub capture: Option<u64>,
-    }
+/// A release, asked for from outside of the lanes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Request {
+    /// Whose job.
+    pub task: TaskId,
+    /// When it was released.
+    pub at: Instant,
+    /// The frame that it reads; `None` as in `release_at`.
+    pub capture: Option<u64>,
 }
 
 /// A scheduler behind a lock, with mailboxes for `PRODUCERS` threads that are not lanes, `DEPTH` requests each.
 ///
 /// ```
-/// use red_core::{Caps, Config, Dag, Duration, Instant, Node, Request, Scheduler, SharedScheduler, Timing, Wcet};
-/// use red_core::sync::TicketLock;
+/// use red_core::{Caps, Config, Dag, Duration, Instant, Node, Scheduler, Timing, Wcet};
+/// use red_sync::{Request, SharedScheduler, TicketLock};
 /// let mut dag = Dag::<Caps<1, 8, 4>>::new();
 /// dag.add_node(Node::new(Wcet::from_millis(2)))?;
 /// let mut scheduler = Scheduler::new(Config::REDRT);
@@ -93,3 +90,6 @@ impl<C: Capacity, L: Exclusive<Scheduler<C>>, const P: usize, const D: usize> Sh
         self.lock.with(|scheduler| f(scheduler, &mut Requests { mailboxes: &self.mailboxes, taken: 0 }))
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -8,25 +8,25 @@
 //!
 //! One thread drives the handler, others watch it. Only legal transitions happen.
 
-use super::primitive::{AtomicU8, Ordering, constructor};
+use crate::primitive::{AtomicU8, Ordering, constructor};
 
-crate::capacity::values! {
-    /// Where a handler is.
-    #[repr(u8)]
-    pub enum HandlerState {
-        /// Nothing to do.
-        Idle,
-        /// May be given a lane.
-        Ready,
-        /// Its body runs.
-        Running,
-        /// It waits for a transfer.
-        Io,
-        /// It waits for memory.
-        OutOfMemory,
-        /// Its body ended; the result may be read.
-        Done,
-    }
+/// Where a handler is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(u8)]
+pub enum HandlerState {
+    /// Nothing to do.
+    Idle,
+    /// May be given a lane.
+    Ready,
+    /// Its body runs.
+    Running,
+    /// It waits for a transfer.
+    Io,
+    /// It waits for memory.
+    OutOfMemory,
+    /// Its body ended; the result may be read.
+    Done,
 }
 
 impl HandlerState {
@@ -44,20 +44,34 @@ impl HandlerState {
     }
 }
 
-crate::error::errors! {
-    /// A transition was refused; the handler is where it was.
-    pub enum TransitionError {
-        /// No handler may go that way: the caller erred.
-        Illegal,
-        /// The handler is not in the state that the caller thought; somebody else moved it.
-        Elsewhere,
+/// A transition was refused; the handler is where it was.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum TransitionError {
+    /// No handler may go that way: the caller erred.
+    Illegal,
+    /// The handler is not in the state that the caller thought; somebody else moved it.
+    Elsewhere,
+}
+
+impl core::fmt::Display for TransitionError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Self::Illegal => "No handler may go that way: the caller erred.",
+            Self::Elsewhere => {
+                "The handler is not in the state that the caller thought; somebody else moved it."
+            }
+        })
     }
 }
+
+impl core::error::Error for TransitionError {}
 
 /// A handler's state, shared by the thread that drives it and those that watch.
 ///
 /// ```
-/// use red_core::sync::{HandlerCell, HandlerState::*, TransitionError};
+/// use red_sync::{HandlerCell, HandlerState::*, TransitionError};
 /// let handler = HandlerCell::new();
 /// assert_eq!(handler.go(Idle, Ready), Ok(()));
 /// assert_eq!(handler.go(Ready, Done), Err(TransitionError::Illegal));
@@ -93,3 +107,6 @@ impl HandlerCell {
         HandlerState::ALL.get(state).copied().unwrap_or(HandlerState::Idle)
     }
 }
+
+#[cfg(test)]
+mod tests;

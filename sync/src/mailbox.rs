@@ -4,13 +4,12 @@
 //! *Rule.* The producer alone moves `head`, the consumer alone moves `tail`; a place belongs to the producer
 //! while head - tail < N, and to the consumer while it is not 0. A full box refuses; nothing is overwritten.
 
-use super::primitive::{AtomicU8, AtomicU32, Cell, Ordering, constructor};
-use crate::capacity::Empty;
+use crate::primitive::{AtomicU8, AtomicU32, Cell, Ordering, constructor};
 
 /// A ring of `N` letters; `N` is a power of two.
 ///
 /// ```
-/// let mailbox = red_core::sync::Mailbox::<u32, 2>::new();
+/// let mailbox = red_sync::Mailbox::<u32, 2>::new();
 /// let post = mailbox.claim().expect("nobody else has it");
 /// assert!(mailbox.claim().is_none()); // one producer
 /// assert_eq!([1, 2, 3].map(|letter| post.push(letter)), [Ok(()), Ok(()), Err(3)]); // full is told
@@ -23,7 +22,7 @@ pub struct Mailbox<T, const N: usize> {
     tail: AtomicU32,
     claimed: AtomicU8,
     reading: AtomicU8,
-    letters: Cell<[T; N]>,
+    letters: Cell<[Option<T>; N]>,
 }
 
 /// The right to push: one at a time per mailbox. Dropping it gives it back.
@@ -34,7 +33,7 @@ pub struct Post<'a, T, const N: usize>(&'a Mailbox<T, N>);
 // letters between threads.
 unsafe impl<T: Send, const N: usize> Sync for Mailbox<T, N> {}
 
-impl<T: Copy + Empty, const N: usize> Mailbox<T, N> {
+impl<T, const N: usize> Mailbox<T, N> {
     constructor! {
         /// An empty mailbox.
         #[expect(clippy::new_without_default, reason = "nothing is generic over it")]
@@ -45,7 +44,7 @@ impl<T: Copy + Empty, const N: usize> Mailbox<T, N> {
                 tail: AtomicU32::new(0),
                 claimed: AtomicU8::new(0),
                 reading: AtomicU8::new(0),
-                letters: Cell::new([T::EMPTY; N]),
+                letters: Cell::new([const { None }; N]),
             }
         }
     }
@@ -63,21 +62,21 @@ impl<T: Copy + Empty, const N: usize> Mailbox<T, N> {
         self.reading.compare_exchange(0, 1, Ordering::Acquire, Ordering::Relaxed).ok()?;
         let tail = self.tail.load(Ordering::Relaxed);
         // Acquire: pairs with the Release in `push`, so that the letter is there.
-        let letter = (self.head.load(Ordering::Acquire) != tail).then(|| {
-            let letter = self.letters.with_mut(|letters| {
+        let mut letter = None;
+        if self.head.load(Ordering::Acquire) != tail {
+            letter = self.letters.with_mut(|letters| {
                 // SAFETY: head != tail, so the place at `tail` is the consumer's until `tail` moves.
-                unsafe { (*letters)[tail as usize % N] }
+                unsafe { (*letters)[tail as usize % N].take() }
             });
             // Release: pairs with the Acquire in `push`, which may reuse the place.
             self.tail.store(tail.wrapping_add(1), Ordering::Release);
-            letter
-        });
+        }
         self.reading.store(0, Ordering::Release);
         letter
     }
 }
 
-impl<T: Copy + Empty, const N: usize> Post<'_, T, N> {
+impl<T, const N: usize> Post<'_, T, N> {
     /// Posts a letter. Time bound: O(1), no waiting. Errors: the letter, when the box is full.
     pub fn push(&self, letter: T) -> Result<(), T> {
         let mailbox = self.0;
@@ -88,7 +87,7 @@ impl<T: Copy + Empty, const N: usize> Post<'_, T, N> {
         }
         mailbox.letters.with_mut(|letters| {
             // SAFETY: head - tail < N, so the place at `head` is the producer's until `head` moves.
-            unsafe { (*letters)[head as usize % N] = letter };
+            unsafe { (*letters)[head as usize % N] = Some(letter) };
         });
         // Release: pairs with the Acquire in `pop`.
         mailbox.head.store(head.wrapping_add(1), Ordering::Release);
