@@ -22,13 +22,13 @@ const WCET: Wcet = Wcet::from_nanos(100_000);
 /// Far enough away for every graph here, one node after the other.
 const DEADLINE: Duration = Duration::from_secs(1);
 
-/// Calls `$build` with the capacity that is fitted to the graph of `$setup`.
+/// Calls `$build` with the capacity for the graph of `$setup`: the next power of two, as `Caps` advises.
 macro_rules! fitted {
     ($build:ident, $setup:expr, lanes $lanes:literal, events $events:literal $(, $more:expr)*) => {
         match $setup.graph.nodes() {
             256 => $build::<red_core::Caps<1, 256, 1, $lanes, 1, 4, $events>>($setup $(, $more)*),
-            66 => $build::<red_core::Caps<1, 66, 1, $lanes, 1, 2, $events>>($setup $(, $more)*),
-            6 => $build::<red_core::Caps<1, 6, 1, $lanes, 1, 1, $events>>($setup $(, $more)*),
+            66 => $build::<red_core::Caps<1, 128, 1, $lanes, 1, 2, $events>>($setup $(, $more)*),
+            6 => $build::<red_core::Caps<1, 8, 1, $lanes, 1, 1, $events>>($setup $(, $more)*),
             nodes => Err(NotRun::Failed(format!("no capacity is fitted to {nodes} nodes"))),
         }
     };

@@ -102,7 +102,16 @@ pub struct LoadError {
     /// What would be right: the cure.
     pub expected: String,
     /// The valid name nearest to the one that is unknown.
-    pub nearest: Option<String>,
+    pub nearest: Option<Nearest>,
+}
+
+/// A valid name, the one that is most like an unknown one.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Nearest {
+    /// The valid name.
+    pub name: String,
+    /// Whether it is so like the unknown one that it was probably meant.
+    pub is_like: bool,
 }
 
 impl LoadError {
@@ -133,7 +142,8 @@ impl fmt::Display for LoadError {
         }
         write!(f, " {problem}; expected {expected}")?;
         match nearest {
-            Some(name) => write!(f, "; did you mean `{name}`?"),
+            Some(Nearest { name, is_like: true }) => write!(f, "; did you mean `{name}`?"),
+            Some(Nearest { name, is_like: false }) => write!(f, "; the nearest name is `{name}`"),
             None => Ok(()),
         }
     }
@@ -148,7 +158,7 @@ pub(crate) struct Fault {
     pub(crate) refusal: Refusal,
     problem: String,
     expected: String,
-    nearest: Option<String>,
+    nearest: Option<Nearest>,
 }
 
 impl Fault {
@@ -161,7 +171,7 @@ impl Fault {
         Self { at, refusal, problem: problem.into(), expected: expected.into(), nearest: None }
     }
 
-    /// Adds the candidate that is most like `wanted`, if any is like it at all.
+    /// Adds the candidate that is most like `wanted`.
     pub(crate) fn with_nearest<'c>(
         mut self,
         wanted: &str,
@@ -169,12 +179,12 @@ impl Fault {
     ) -> Self {
         // What was written may be megabytes long; the distance costs its length times the candidates'.
         let wanted = wanted.chars().take(SHOWN_CHARACTERS).collect::<String>().to_lowercase();
-        self.nearest = candidates
-            .into_iter()
-            .map(|candidate| (strsim::osa_distance(&wanted, &candidate.to_lowercase()), candidate))
-            .filter(|(distance, candidate)| *distance <= 1 + candidate.len().max(wanted.len()) / 3)
-            .min()
-            .map(|(_, candidate)| candidate.to_owned());
+        let distance = |candidate: &str| strsim::osa_distance(&wanted, &candidate.to_lowercase());
+        let nearest = candidates.into_iter().map(|candidate| (distance(candidate), candidate)).min();
+        self.nearest = nearest.map(|(distance, candidate)| Nearest {
+            name: candidate.to_owned(),
+            is_like: 3 * distance <= candidate.len().max(wanted.len()),
+        });
         self
     }
 }

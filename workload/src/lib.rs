@@ -28,5 +28,5 @@ mod text;
 mod tree;
 pub mod units;
 
-pub use error::{LoadError, Place, Refusal, shown, shown_path};
+pub use error::{LoadError, Nearest, Place, Refusal, shown, shown_path};
 pub use file::{Format, MAX_FILE_BYTES, Source, load, parse};

@@ -33,12 +33,13 @@ fn places_count_lines_and_characters() {
 fn the_nearest_name_is_near() {
     let nearest = |wanted: &str| {
         let fault = Fault::new(0, Refusal::UnknownKey, "", "");
-        fault.with_nearest(wanted, ["deadline", "period", "wcet"]).nearest
+        let nearest = fault.with_nearest(wanted, ["deadline", "period", "wcet"]).nearest;
+        nearest.map(|nearest| (nearest.name, nearest.is_like)).expect("there are three")
     };
-    assert_eq!(nearest("dedline").as_deref(), Some("deadline"));
-    assert_eq!(nearest("WCET").as_deref(), Some("wcet"));
-    assert_eq!(nearest("weight"), None);
-    assert_eq!(nearest(&"x".repeat(4_000_000)), None);
+    assert_eq!(nearest("dedline"), ("deadline".to_owned(), true));
+    assert_eq!(nearest("WCET"), ("wcet".to_owned(), true));
+    assert_eq!(nearest("weight"), ("wcet".to_owned(), false));
+    assert!(!nearest(&"x".repeat(4_000_000)).1);
 }
 
 #[test]
@@ -49,4 +50,7 @@ fn the_message_names_place_problem_and_cure() {
         error.to_string(),
         "w.toml:2:1: a pool has no key `lane`; expected one of `lanes`; did you mean `lanes`?"
     );
+    let fault = Fault::new(4, Refusal::Reference, "`pool` is the text `gpu`", "the name of a pool");
+    let error = LoadError::inside("w.toml", b"", fault.with_nearest("gpu", ["camera"]));
+    assert!(error.to_string().ends_with("expected the name of a pool; the nearest name is `camera`"));
 }
