@@ -80,7 +80,7 @@ impl<C: Capacity> Scheduler<C> {
     #[inline(always)]
     pub(super) fn done(&mut self, slot: usize, rank: usize, node: NodeId, lane: usize, alone: bool) {
         self.note_node(EventKind::Completed, slot, node, lane);
-        if self.observes & alone {
+        if self.attends & alone {
             self.observe(slot, node, lane);
         }
         self.jobs[slot].running.remove(rank);
@@ -152,9 +152,13 @@ impl<C: Capacity> Scheduler<C> {
         job.parked = parked;
     }
 
-    /// Takes a sample of an execution alone, and counts an overrun.
+    /// Takes a sample of an execution alone, and counts an overrun; a shorter minimum may have left the window.
     #[inline(always)]
     fn observe(&mut self, slot: usize, node: NodeId, lane: usize) {
+        if !self.observes {
+            cold_path();
+            return self.look_now();
+        }
         let executed = self.executed_on(lane);
         let task = &mut self.tasks[self.jobs[slot].task.index()];
         task.estimates[node.index()].push(executed);
@@ -170,7 +174,6 @@ impl<C: Capacity> Scheduler<C> {
             self.counters.overruns += 1;
             self.note_node(EventKind::Overran, slot, node, lane);
         }
-        // A shorter window minimum may have left: jobs that were safe by it are looked at again.
         self.alarm = Instant::ZERO;
     }
 }

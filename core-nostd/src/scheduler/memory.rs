@@ -10,7 +10,6 @@
 use super::{Scheduler, event::EventKind};
 use crate::capacity::Capacity;
 use crate::policy::frame_cache::OutputState;
-use crate::time::Instant;
 
 /// Which kept results may go.
 #[derive(Clone, Copy)]
@@ -119,12 +118,11 @@ impl<C: Capacity> Scheduler<C> {
                 job.ready = job.ready.without(&version.successors[e]);
                 job.ready.insert(e);
                 job.reruns = true;
-                // More is left of the job than when it was last looked at.
-                job.behind = true;
                 self.requeue(slot);
             }
         }
         self.free_output(place);
-        self.alarm = Instant::ZERO;
+        // Also of jobs that would have taken the result.
+        self.look_soon(self.in_flight);
     }
 }

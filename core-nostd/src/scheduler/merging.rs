@@ -2,7 +2,6 @@
 
 use super::{Scheduler, event::EventKind};
 use crate::capacity::Capacity;
-use crate::config::Shed;
 use crate::id::UnitId;
 use crate::policy::frame_cache::{FrameKey, Output, OutputState};
 use crate::policy::merge::{Candidate, join, window_of};
@@ -58,9 +57,8 @@ impl<C: Capacity> Scheduler<C> {
                     self.requeue(other);
                 }
             }
-            if self.config.shed == Shed::Hopeless {
-                self.look_soon();
-            }
+            let longer = self.slots().filter(|slot| self.waits_longer(*slot));
+            self.look_soon(longer.fold(0, |set, slot| set | 1 << slot));
         }
     }
 

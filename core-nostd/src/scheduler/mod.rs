@@ -118,6 +118,8 @@ crate::capacity::stored! {
         /// What the configuration says, looked up once.
         residual: bool,
         observes: bool,
+        /// Whether completions are looked at: to take samples, or because jobs became longer.
+        attends: bool,
         pool_count: u8,
         lane_count: u8,
         /// Units ever dispatched, jobs ever released.
@@ -156,6 +158,7 @@ impl<C: Capacity> Scheduler<C> {
         *self = Self::EMPTY;
         self.config = config;
         self.observes = config.observes();
+        self.attends = self.observes;
         self.residual = config.residual();
         self.reassigns = self.residual && config.reassign == Reassign::OnDispatch;
         self.alarm = Instant::MAX;

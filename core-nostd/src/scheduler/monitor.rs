@@ -100,23 +100,30 @@ impl<C: Capacity> Scheduler<C> {
             self.alarm = Instant::MAX;
         }
         self.alarm = self.alarm.min(self.look_at(slot)).min(self.tick_to_keep());
+        self.look_now();
     }
 
-    /// A unit that started makes jobs longer: the next event looks at them, or the next tick if that is earlier.
-    pub(super) fn look_soon(&mut self) {
-        let longer =
-            self.slots().filter(|slot| self.waits_longer(*slot)).fold(0, |set, slot| set | 1 << slot);
-        if longer == 0 {
+    /// What started, or went to make room, made these jobs longer, a bit each: the next event looks at them, or the
+    /// next tick if that is earlier.
+    pub(super) fn look_soon(&mut self, longer: u64) {
+        if longer == 0 || self.config.shed != Shed::Hopeless {
             return;
         }
         bits(longer).for_each(|slot| self.jobs[slot].behind = true);
-        self.monitor.behind = true;
+        (self.monitor.behind, self.attends) = (true, true);
         if self.next_tick() == self.now {
-            // A tick of this instant came before what started.
+            // A tick of this instant came before that.
             self.monitor.looked_at = self.now.as_nanos() + 1;
             self.monitor.over = 0;
         }
         self.alarm = self.alarm.min(self.now.saturating_add(NEXT));
+    }
+
+    /// Something happened: where a job may be lost, `poll` looks, also if time has not moved since it last did.
+    pub(super) fn look_now(&mut self) {
+        if self.monitor.behind {
+            self.alarm = Instant::ZERO;
+        }
     }
 
     /// The tick that `poll` must not miss.
@@ -158,6 +165,7 @@ impl<C: Capacity> Scheduler<C> {
             self.shed_overload();
         }
         self.monitor.behind = self.slots().any(|slot| self.jobs[slot].behind);
+        self.attends = self.observes;
         let look = self.slots().map(|slot| self.look_at(slot)).min();
         self.alarm = self.tick_to_keep().min(look.unwrap_or(Instant::MAX));
     }

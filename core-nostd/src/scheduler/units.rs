@@ -190,6 +190,7 @@ impl<C: Capacity> Scheduler<C> {
         let l = self.lanes[lane];
         self.free(lane);
         self.activate(usize::from(l.pool));
+        self.look_now();
         (self.lanes[lane].merged, self.lanes[lane].is_encoder) = (false, false);
         l
     }

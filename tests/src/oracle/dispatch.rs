@@ -56,8 +56,6 @@ impl Sim<'_> {
                 self.start(pool, lane, pick.id, now);
             } else if let Some(head) = self.make_room(pool) {
                 self.start(pool, lane, head, now);
-                // Encoders that run again have made jobs longer.
-                self.shed(now, false);
             } else {
                 return;
             }

@@ -105,7 +105,11 @@ fn a_misspelt_header_is_told_before_what_it_makes_of_the_others() {
         format!("{pool}{}{node}{}{node}", task("task"), task("Task")),
     ] {
         let error = refused(&text);
-        assert_eq!((error.refusal, error.nearest.as_ref().map(|near| near.name.as_str())), (UnknownKey, Some("task")), "{error}");
+        assert_eq!(
+            (error.refusal, error.nearest.as_ref().map(|near| near.name.as_str())),
+            (UnknownKey, Some("task")),
+            "{error}"
+        );
     }
     let error = refused(&format!("{pool}{node}{}", task("task")));
     assert_eq!(error.refusal, DuplicateKey, "{error}");
