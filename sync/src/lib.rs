@@ -1,6 +1,6 @@
-//! One scheduler for many lanes: the paper's synchronizers (section 4.4). The scheduler itself knows no threads; what
-//! has to be right under concurrency stands here, on the atomics of `primitive` alone, so that a model checker can put
-//! its own in their place.
+//! One scheduler for many lanes: the paper's synchronizers (section 4.4). The scheduler itself knows no threads.
+//! What shares it stands here, on the atomics of `primitive` alone, so that a model checker can put its own in their
+//! place.
 //!
 //! | who | may call |
 //! |---|---|
