@@ -8,7 +8,8 @@ use crate::measure::{Row, median, ratio};
 /// How to read the tables.
 pub(crate) const LEGEND: &str = "\
 min, median, max: over the rounds; x NAME: median of the ratios to the row NAME; ours/this: our row to this one
-must: what the product is held to, in the unit of the table or in times NAME (x); ABOVE: that bound is exceeded";
+must: what the product is held to, in the unit of the table or in times NAME (x); ABOVE: that bound is exceeded, or a
+peer that the row should be below is not above it";
 
 /// What the product demands of our row.
 #[derive(Clone, Copy)]
@@ -21,6 +22,33 @@ pub(crate) enum Must {
     Figure(f64),
     /// Nothing: the row is there to be seen.
     Nothing,
+}
+
+/// Whether a row of ours keeps its bound.
+enum Verdict<'a> {
+    Kept,
+    /// Kept among the peers that are at hand.
+    KeptSoFar,
+    Above,
+    /// Within the factor, but not below this peer.
+    NotBelow(&'a str),
+}
+
+impl Verdict<'_> {
+    const fn is_kept(&self) -> bool {
+        matches!(self, Self::Kept | Self::KeptSoFar)
+    }
+}
+
+impl fmt::Display for Verdict<'_> {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Kept => out.write_str("ok"),
+            Self::KeptSoFar => out.write_str("ok, of those at hand"),
+            Self::Above => out.write_str("ABOVE"),
+            Self::NotBelow(peer) => write!(out, "ABOVE: not below {peer}"),
+        }
+    }
 }
 
 impl fmt::Display for Must {
@@ -72,7 +100,10 @@ impl Table<'_> {
     pub(crate) fn print(&self) -> Outcome {
         print!("{self}");
         Outcome {
-            above: self.ours().filter(|(row, must)| self.within(row, *must) == Some(false)).count(),
+            above: self
+                .ours()
+                .filter(|(row, must)| self.verdict(row, *must).is_some_and(|verdict| !verdict.is_kept()))
+                .count(),
             missing: self.rows.iter().filter(|row| row.rounds.as_ref().is_err_and(|why| why.fails())).count(),
             absent: self.rows.iter().filter(|row| row.rounds.as_ref().is_err_and(|why| !why.fails())).count(),
         }
@@ -89,17 +120,26 @@ impl Table<'_> {
     }
 
     /// Whether `row` keeps the bound; `None` where the figures do not tell.
-    fn within(&self, row: &Row, must: Option<Must>) -> Option<bool> {
-        match must? {
-            Must::Ratio(bound) => Some(self.over_reference(row)? <= bound),
-            Must::Nothing => None,
-            Must::Figure(bound) => Some(median(row.rounds.clone().ok()?)? <= bound),
-            Must::RatioBelowPeers(bound) => {
-                let peers = self.rows.iter().filter(|peer| !peer.ours && peer.name != self.reference);
-                let below_all = peers.filter_map(|peer| ratio(row, peer)).all(|times| times < 1.0);
-                Some(self.over_reference(row)? <= bound && below_all)
-            }
+    fn verdict(&self, row: &Row, must: Option<Must>) -> Option<Verdict<'_>> {
+        let kept = match must? {
+            Must::Nothing => return None,
+            Must::Figure(bound) => median(row.rounds.clone().ok()?)? <= bound,
+            Must::Ratio(bound) | Must::RatioBelowPeers(bound) => self.over_reference(row)? <= bound,
+        };
+        Some(match must? {
+            _ if !kept => Verdict::Above,
+            Must::RatioBelowPeers(_) => self.below_peers(row),
+            _ => Verdict::Kept,
+        })
+    }
+
+    /// Whether `row` is below every peer; the reference is no peer.
+    fn below_peers(&self, row: &Row) -> Verdict<'_> {
+        let peers = || self.rows.iter().filter(|peer| !peer.ours && peer.name != self.reference);
+        if let Some(ahead) = peers().find(|peer| ratio(row, peer).is_some_and(|times| times >= 1.0)) {
+            return Verdict::NotBelow(&ahead.name);
         }
+        if peers().all(|peer| peer.rounds.is_ok()) { Verdict::Kept } else { Verdict::KeptSoFar }
     }
 }
 
@@ -132,15 +172,12 @@ impl fmt::Display for Table<'_> {
                 cell(min, 1),
                 cell(median(figures.clone()), 1),
                 cell(max, 1),
-                cell(self.over_reference(row), 2),
-                cell(ours, 2)
+                cell(self.over_reference(row), 3),
+                cell(ours, 3)
             )?;
             if let Some((_, must)) = self.ours().find(|(ours, _)| std::ptr::eq(*ours, row)) {
-                let verdict = match self.within(row, must) {
-                    Some(true) => "ok",
-                    Some(false) => "ABOVE",
-                    None => "-",
-                };
+                let verdict =
+                    self.verdict(row, must).map_or_else(|| "-".to_owned(), |verdict| verdict.to_string());
                 let must = must.map_or_else(|| "-".to_owned(), |must| must.to_string());
                 write!(out, "  {must:>7}  {verdict}")?;
             }

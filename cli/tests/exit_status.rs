@@ -71,6 +71,30 @@ fn wrong_usage_is_refused() {
 }
 
 #[test]
+fn a_bound_that_sharing_may_break_is_told_not_to_be_sufficient() {
+    let stage = |name: &str, encoder: &str| {
+        format!(
+            "[[task.node]]\nname = '{name}'\n[task.node.mimonet]\nweights = 'w'\nframe = 'f'\n\
+             encoder = {{ wcet = '{encoder}' }}\ndecoders = [{{ name = 'd', wcet = '1ms' }}]\n"
+        )
+    };
+    let head =
+        "pool = [{ name = 'gpu', lanes = 2 }]\n[[task]]\nname = 't'\ndeadline = '30ms'\nperiod = '30ms'\n";
+    let of_file = |encoder| {
+        let text = format!("{head}{}{}", stage("p", "1ms"), stage("q", encoder));
+        let path = file(&format!("encoder-{encoder}.toml"), text.as_bytes());
+        run(&["plan", path.to_str().unwrap()])
+    };
+    let (_, even, _) = of_file("1ms");
+    assert!(even.contains("alone: ") && !even.contains("not sufficient"), "{even}");
+    let (_, uneven, _) = of_file("9ms");
+    assert!(
+        uneven.contains("not sufficient, for an encoder may wait for a longer one of its frame"),
+        "{uneven}"
+    );
+}
+
+#[test]
 fn foreign_text_in_a_message_is_cut_and_escaped() {
     let long = "x".repeat(100_000);
     refused(&["sim", "examples/cruise.toml", "--policy", &long], &["…"]);

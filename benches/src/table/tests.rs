@@ -21,7 +21,12 @@ fn a_ratio_at_its_bound_is_kept_and_one_over_it_is_not() {
 fn below_peers_means_below_each_but_not_below_the_ideal() {
     let rows = |peer| vec![row("base", 10.0), row("peer", peer), row("red", 10.5)];
     assert_eq!(table(&[Must::RatioBelowPeers(1.1)], rows(11.0)).print().above, 0);
-    assert_eq!(table(&[Must::RatioBelowPeers(1.1)], rows(10.4)).print().above, 1);
+    let level = table(&[Must::RatioBelowPeers(1.1)], rows(10.5));
+    assert_eq!(level.print().above, 1);
+    assert!(level.to_string().contains("ABOVE: not below peer"));
+    let mut absent = rows(11.0);
+    absent[1].rounds = Err(NotRun::Unpackaged("bring your own"));
+    assert!(table(&[Must::RatioBelowPeers(1.1)], absent).to_string().contains("ok, of those at hand"));
 }
 
 #[test]

@@ -120,10 +120,14 @@ fn in_words(proof: &Proof, is_change: bool) -> String {
         _ => format!("L + (W - L)/m, m = {}", proof.lanes),
     };
     let verdict = if proof.fits { "within" } else { "above" };
-    let memory = if proof.memory_holds { "" } else { "; not sufficient, for nodes may wait for memory" };
+    let but = match (proof.memory_holds, proof.shares_evenly) {
+        (true, true) => "",
+        (false, _) => "; not sufficient, for nodes may wait for memory",
+        (true, false) => "; not sufficient, for an encoder may wait for a longer one of its frame",
+    };
     format!(
         "  {when}: response <= {} by {} ({bound}; W {work}, L {path}), {verdict} min(deadline, period) {}, margin \
-         {}{memory}",
+         {}{but}",
         Duration::from_nanos(proof.response_ns),
         proof.bound,
         Duration::from_nanos(proof.limit_ns),

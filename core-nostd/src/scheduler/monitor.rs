@@ -131,7 +131,7 @@ impl<C: Capacity> Scheduler<C> {
         match self.config.shed {
             Shed::LowestUrgency => self.next_tick(),
             Shed::Hopeless if self.monitor.behind => self.next_tick(),
-            _ => Instant::MAX,
+            Shed::Never | Shed::Hopeless => Instant::MAX,
         }
     }
 

@@ -75,6 +75,10 @@ pub struct Proof {
     pub fits: bool,
     /// Whether no ready node can have to wait for memory; else the bound is not sufficient.
     pub memory_holds: bool,
+    /// Whether encoders whose results may be shared cost the same. Else a node may wait for a result longer than
+    /// it would have executed, which no bound covers.
+    #[serde(skip)]
+    pub shares_evenly: bool,
 }
 
 impl Certificate {
@@ -120,6 +124,7 @@ impl Proof {
             margin_ns: i128::from(limit.as_nanos()) - i128::from(proof.response.as_nanos()),
             fits: proof.fits(),
             memory_holds: proof.memory_holds,
+            shares_evenly: shares_evenly(dag),
         }
     }
 }
@@ -165,7 +170,6 @@ pub(super) struct Version {
     work_ns: Vec<u64>,
     /// Pools that have a node of it.
     used: Vec<bool>,
-    shares_evenly: bool,
     /// Weights and frame of encoder results that jobs of other tasks could take.
     offered: BTreeSet<(u16, u16)>,
 }
@@ -182,7 +186,6 @@ impl Version {
             proof: Proof::of(dag, at_ns, Duration::from_nanos(limit), &pools.lanes, &pools.budgets),
             work_ns,
             used,
-            shares_evenly: shares_evenly(dag),
             offered: frames(dag)
                 .filter(|(frame, _)| frame.sensor.is_some())
                 .map(|(frame, _)| key(frame))
@@ -191,8 +194,7 @@ impl Version {
     }
 }
 
-/// Whether encoders whose results may be shared cost the same. Else a node may wait for a result longer than it
-/// would have executed, which no bound covers.
+/// [`Proof::shares_evenly`].
 fn shares_evenly<C: Capacity>(dag: &Dag<C>) -> bool {
     let mut costs: BTreeMap<(u16, u16), u64> = BTreeMap::new();
     frames(dag).all(|(frame, cost)| *costs.entry(key(frame)).or_insert(cost) == cost)
@@ -318,7 +320,7 @@ fn utilisation_tests(workload: &Workload, pools: &Pools, versions: &[Versions]) 
 /// Whether the response-time bounds hold for what really runs: every task has its pools and its encoder results
 /// to itself, nothing waits for memory, and no node waits for a result that takes longer than its own execution.
 fn is_proved(versions: &[Versions]) -> bool {
-    let sound = |version: &Version| version.proof.memory_holds && version.shares_evenly;
+    let sound = |version: &Version| version.proof.memory_holds && version.proof.shares_evenly;
     let apart = |a: &Version, b: &Version| {
         let in_common = a.used.iter().zip(&b.used).any(|(a, b)| *a && *b);
         !in_common && a.offered.is_disjoint(&b.offered)
