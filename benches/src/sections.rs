@@ -58,7 +58,7 @@ fn dispatch(bench: &Bench) -> Outcome {
         // Long samples, because a peer with a thread of its own pays a wake per sample, or per run.
         let plan = Plan { rounds: bench.rounds(), samples: 3, runs: 16_384 / nodes, units: nodes };
         Table {
-            title: format!("dispatch {}, one thread, empty bodies", graph.name),
+            title: format!("dispatch {}, one lane, empty bodies", graph.name),
             unit: "ns/node",
             reference: EMBASSY,
             must: &[Must::Ratio(1.0), Must::Nothing],
@@ -81,7 +81,7 @@ fn instructions(bench: &Bench) -> Outcome {
             Row { name: contestant.name.to_owned(), ours: contestant.ours, rounds }
         };
         Table {
-            title: format!("instructions {}, one thread, empty bodies", graph.name),
+            title: format!("instructions {}, one lane, empty bodies", graph.name),
             unit: "instructions/node",
             reference: EMBASSY,
             must: if graph.name == "layered256" { &[Must::Figure(250.0), Must::Figure(300.0)] } else { &[] },
