@@ -1,5 +1,9 @@
 //! Who waits for a running encoder of its frame is lost, or saved, by what is left of that one.
 
+use red_core::{
+    Action, BestCase, Caps, Config, Dag, Duration, Frame, Instant, Node, Scheduler, ShedReason, TaskId,
+    Timing, UnitId, Wcet,
+};
 use red_sim::{Execution, Options, simulate};
 use red_tests::oracle;
 use red_workload::policy::Policy;
@@ -7,18 +11,19 @@ use red_workload::{Format, parse};
 
 const MS: u64 = 1_000_000;
 
-/// A stage with an encoder and a decoder of 1 ms.
+/// A task of one stage, which reads the same frame as the others.
 struct Stage {
     encoder_ms: u64,
+    decoder_ms: u64,
     deadline_ms: u64,
     offset_ms: u64,
 }
 
-const FIVE: Stage = Stage { encoder_ms: 5, deadline_ms: 100, offset_ms: 0 };
+const FIVE: Stage = Stage { encoder_ms: 5, decoder_ms: 1, deadline_ms: 100, offset_ms: 0 };
 
-/// Runs T1 and T2, which read the same frame, on one lane. The sheds, as `task at`, in microseconds.
-fn sheds(t1: &Stage, t2: &Stage) -> Vec<String> {
-    let task = |name: &str, Stage { encoder_ms, deadline_ms, offset_ms }: &Stage| {
+impl Stage {
+    fn named(&self, name: &str) -> String {
+        let Self { encoder_ms, decoder_ms, deadline_ms, offset_ms } = self;
         format!(
             r#"
             [[task]]
@@ -29,12 +34,19 @@ fn sheds(t1: &Stage, t2: &Stage) -> Vec<String> {
             [[task.node]]
             name = "stage"
             mimonet = {{ weights = "w", frame = "front", encoder = {{ wcet = "{encoder_ms}ms" }},
-                decoders = [{{ name = "decoder", wcet = "1ms" }}] }}
+                decoders = [{{ name = "decoder", wcet = "{decoder_ms}ms" }}] }}
             "#
         )
-    };
-    let pools = "[[pool]]\nname = 'gpu'\nlanes = 1\n[[sensor]]\nname = 'front'\nperiod = '100ms'\n";
-    sheds_in(&format!("{pools}{}{}", task("T1", t1), task("T2", t2)))
+    }
+}
+
+fn lanes(lanes: u64) -> String {
+    format!("[[pool]]\nname = 'gpu'\nlanes = {lanes}\n[[sensor]]\nname = 'front'\nperiod = '100ms'\n")
+}
+
+/// Runs T1 and T2 on one lane. The sheds, as `task at`, in microseconds.
+fn sheds(t1: &Stage, t2: &Stage) -> Vec<String> {
+    sheds_in(&format!("{}{}{}", lanes(1), t1.named("T1"), t2.named("T2")))
 }
 
 /// Runs a file for 50 ms, which the oracle has to do in the same way. The sheds, as `task at`, in microseconds.
@@ -59,58 +71,100 @@ fn sheds_in(text: &str) -> Vec<String> {
 #[test]
 fn a_job_that_would_be_late_by_its_own_encoder_lives_on_the_running_one() {
     // 20 ms of its own would end after 11 ms; the hit at 5 ms and the decoder end at 7 ms.
-    assert!(sheds(&FIVE, &Stage { encoder_ms: 20, deadline_ms: 10, offset_ms: 1 }).is_empty());
+    assert!(sheds(&FIVE, &Stage { encoder_ms: 20, decoder_ms: 1, deadline_ms: 10, offset_ms: 1 }).is_empty());
 }
 
 #[test]
 fn a_job_that_would_be_in_time_by_its_own_encoder_is_lost_by_the_running_one() {
     // 1 ms of its own would end by 5 ms; it has to wait for the running one until then.
-    assert_eq!(sheds(&FIVE, &Stage { encoder_ms: 1, deadline_ms: 4, offset_ms: 1 }), ["T2 1000"]);
+    assert_eq!(
+        sheds(&FIVE, &Stage { encoder_ms: 1, decoder_ms: 1, deadline_ms: 4, offset_ms: 1 }),
+        ["T2 1000"]
+    );
 }
 
 #[test]
 fn a_job_in_flight_is_lost_when_a_longer_encoder_of_its_frame_starts() {
     // Both are released at 0, T1 has the smaller key, and T2 cannot wait for its 20 ms. By themselves both are in
     // time until 10 ms and later; but the first tick after the start knows.
-    let t1 = Stage { encoder_ms: 20, deadline_ms: 31, offset_ms: 0 };
-    assert_eq!(sheds(&t1, &Stage { encoder_ms: 1, deadline_ms: 15, offset_ms: 0 }), ["T2 5000"]);
+    let t1 = Stage { encoder_ms: 20, decoder_ms: 1, deadline_ms: 31, offset_ms: 0 };
+    assert_eq!(
+        sheds(&t1, &Stage { encoder_ms: 1, decoder_ms: 1, deadline_ms: 15, offset_ms: 0 }),
+        ["T2 5000"]
+    );
 }
 
 #[test]
 fn a_node_that_takes_no_time_ends_in_an_instant_that_is_looked_at_again() {
     // As above, but z starts and ends at 0, after the encoder of 20 ms started: T2 is known to be lost at 0.
-    let text = r#"
-        [[pool]]
-        name = "gpu"
-        lanes = 3
-        [[sensor]]
-        name = "front"
-        period = "100ms"
-        [[task]]
-        name = "T1"
-        deadline = "100ms"
-        once = true
-        [[task.node]]
-        name = "stage"
-        mimonet = { weights = "w", frame = "front", encoder = { wcet = "20ms" },
-            decoders = [{ name = "decoder", wcet = "79ms" }] }
-        [[task]]
-        name = "T2"
-        deadline = "10ms"
-        once = true
-        [[task.node]]
-        name = "stage"
-        mimonet = { weights = "w", frame = "front", encoder = { wcet = "1ms" },
-            decoders = [{ name = "decoder", wcet = "4ms" }] }
-        [[task]]
-        name = "Z"
-        deadline = "200ms"
-        once = true
-        [[task.node]]
-        name = "z"
-        wcet = "0ns"
-    "#;
-    assert_eq!(sheds_in(text), ["T2 0"]);
+    let t1 = Stage { encoder_ms: 20, decoder_ms: 79, deadline_ms: 100, offset_ms: 0 };
+    let t2 = Stage { encoder_ms: 1, decoder_ms: 4, deadline_ms: 10, offset_ms: 0 };
+    let marker =
+        "[[task]]\nname = 'Z'\ndeadline = '200ms'\nonce = true\nnode = [{ name = 'z', wcet = '0ns' }]\n";
+    assert_eq!(sheds_in(&format!("{}{}{}{marker}", lanes(3), t1.named("T1"), t2.named("T2"))), ["T2 0"]);
+}
+
+type Robot = Caps<3, 4, 4>;
+
+/// What happens to the marker's task and its unit, at instant 0.
+type Happening = fn(&mut Scheduler<Robot>, TaskId, UnitId);
+
+#[test]
+fn where_the_clock_stands_still_any_event_looks_at_what_a_start_made_longer() {
+    let happenings: [(&str, Option<Happening>); 5] = [
+        ("nothing", None),
+        ("complete", Some(|s, _, unit| s.complete(unit, Instant::ZERO).expect("it runs"))),
+        ("fail", Some(|s, _, unit| s.fail(unit, Instant::ZERO).expect("it runs"))),
+        ("release", Some(|s, task, _| assert!(s.release(task, Instant::ZERO).is_ok()))),
+        (
+            "commit",
+            Some(|s, task, _| {
+                let edit = s.edit(task).expect("it is there");
+                let _fits = s.commit(&edit, Instant::ZERO).expect("nothing changes");
+            }),
+        ),
+    ];
+    for (best_case, (what, happens)) in [BestCase::Observed, BestCase::Declared]
+        .into_iter()
+        .flat_map(|best_case| happenings.map(|happening| (best_case, happening)))
+    {
+        let mut scheduler = Scheduler::<Robot>::new(Config { best_case, ..Config::REDRT.with_lanes(3) });
+        let sensor = scheduler.add_sensor(Duration::from_millis(100)).expect("there is room");
+        let frame = Frame { weights: 0, frame: 0, sensor: Some(sensor) };
+        let mut add = |nodes: &[Node], deadline_ms| {
+            let mut dag = Dag::new();
+            let ids: Vec<_> = nodes.iter().map(|node| dag.add_node(*node).expect("it fits")).collect();
+            ids.windows(2).for_each(|pair| dag.add_edge(pair[0], pair[1]).expect("a chain"));
+            let timing = Timing::new(Duration::from_millis(deadline_ms));
+            let task = scheduler.add_task(&dag, timing).expect("there is room");
+            scheduler.release(task, Instant::ZERO).expect("there is room");
+            task
+        };
+        let stage = |encoder_ms, decoder_ms| {
+            let exact = |node: Node| node.best_case(node.wcet().get());
+            let encoder = Node::shared_encoder(Wcet::from_millis(encoder_ms), frame);
+            [encoder, Node::decoder(Wcet::from_millis(decoder_ms))].map(exact)
+        };
+        add(&stage(20, 79), 100);
+        let lost = add(&stage(1, 4), 10);
+        let marker = add(&[Node::new(Wcet::ZERO)], 200);
+        let mut unit = None;
+        while let Some(action) = scheduler.poll(Instant::ZERO) {
+            let Action::Dispatch(started) = action else { panic!("{what}: {action:?} too early") };
+            unit = Some(started.unit);
+        }
+        let unit = unit.expect("the marker starts last");
+        if let Some(happens) = happens {
+            happens(&mut scheduler, marker, unit);
+        }
+        let ended = std::iter::from_fn(|| scheduler.poll(Instant::ZERO));
+        let given_up = ended.filter_map(|action| match action {
+            Action::Ended(job) if job.task == lost => job.shed,
+            _ => None,
+        });
+        let expected: &[_] = if happens.is_some() { &[ShedReason::Hopeless] } else { &[] };
+        assert_eq!(given_up.collect::<Vec<_>>(), expected, "{what}, {best_case:?}");
+    }
 }
 
 #[test]

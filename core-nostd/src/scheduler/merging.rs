@@ -57,8 +57,7 @@ impl<C: Capacity> Scheduler<C> {
                     self.requeue(other);
                 }
             }
-            let longer = self.slots().filter(|slot| self.waits_longer(*slot));
-            self.look_soon(longer.fold(0, |set, slot| set | 1 << slot));
+            self.look_soon(Self::waits_longer);
         }
     }
 

@@ -103,10 +103,14 @@ impl<C: Capacity> Scheduler<C> {
         self.look_now();
     }
 
-    /// What started, or went to make room, made these jobs longer, a bit each: the next event looks at them, or the
-    /// next tick if that is earlier.
-    pub(super) fn look_soon(&mut self, longer: u64) {
-        if longer == 0 || self.config.shed != Shed::Hopeless {
+    /// What started, or went to make room, made jobs longer: the next event looks at them, or the next tick if that
+    /// is earlier.
+    pub(super) fn look_soon(&mut self, is_longer: impl Fn(&Self, usize) -> bool) {
+        if self.config.shed != Shed::Hopeless {
+            return;
+        }
+        let longer = self.slots().filter(|slot| is_longer(self, *slot)).fold(0, |set, slot| set | 1 << slot);
+        if longer == 0 {
             return;
         }
         bits(longer).for_each(|slot| self.jobs[slot].behind = true);
