@@ -56,8 +56,6 @@ struct Differs {
 /// A log whose run is set up again.
 pub(crate) struct Opened {
     log: Reader<BufReader<File>>,
-    source: Source,
-    policy: Policy,
     scheduler: Box<Scheduler<Robot>>,
     plan: Plan<Robot>,
     tasks: Vec<TaskId>,
@@ -102,7 +100,7 @@ fn open(path: &Path) -> Result<Opened, Failure> {
     let source = Source::parse(header.workload.as_bytes(), format, Path::new(&header.file))?;
     let mut scheduler: Box<Scheduler<Robot>> = Box::new(Scheduler::EMPTY);
     let (plan, tasks) = build::admit(&mut scheduler, &source.workload, policy.config())?;
-    Ok(Opened { log, source, policy, scheduler, plan, tasks })
+    Ok(Opened { log, scheduler, plan, tasks })
 }
 
 impl Opened {
