@@ -22,6 +22,7 @@ usage: cargo xtask TASK
 
   test [STEP]...    every test there is, quick things first; STEPs: only these, --help lists them
   bench [ARG]...    what the scheduler costs beside its peers, measured now; --help tells the ARGs
+  soak [ARG]...     random workloads, edits and faults on real threads; --help tells the ARGs
   models [--check]  writes the demo's networks; --check compares the committed ones with their generator
 
 example: cargo xtask test fmt clippy
@@ -61,6 +62,7 @@ fn main() -> ExitCode {
                 result => finish(result),
             }
         }
+        ["soak", ref rest @ ..] => finish(steps::soak(&workspace, rest)),
         ["models", ref rest @ ..] if matches!(rest, [] | ["--check"]) => {
             finish(tools::python(&workspace).and_then(|python| python.generate(rest)))
         }
