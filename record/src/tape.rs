@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 /// Words of a chunk: some thousand entries.
 pub(crate) const CHUNK: usize = 8192;
-/// Chunks of a tape: 4 MiB, or what 40 lanes write in a tenth of a second when every body takes two microseconds.
+/// Chunks of a tape: 4 MiB, or some 0.3 s of one lane whose bodies take two microseconds.
 pub(crate) const CHUNKS: usize = 64;
 /// A chunk is handed over when it is so old, full or not, so that little is lost with the process.
 const AGE: Duration = Duration::from_millis(100);
@@ -17,22 +17,28 @@ const AGE: Duration = Duration::from_millis(100);
 pub(crate) struct Chunk {
     words: Box<[u64; CHUNK]>,
     len: usize,
-    entries: u64,
+    /// Words that are not the head of an entry.
+    more: usize,
 }
 
 impl Chunk {
     /// An empty one, its memory touched.
     pub(crate) fn new() -> Self {
         // Not zero, which the kernel would give without a page of its own.
-        Self { words: Box::new([u64::MAX; CHUNK]), len: 0, entries: 0 }
+        Self { words: Box::new([u64::MAX; CHUNK]), len: 0, more: 0 }
     }
 
+    /// Begins an entry. There has to be room; the mask is for the compiler, which then looks no more.
     #[inline(always)]
-    pub(crate) fn push(&mut self, word: u64) {
-        if let Some(place) = self.words.get_mut(self.len) {
-            *place = word;
-            self.len += 1;
-        }
+    pub(crate) fn head(&mut self, word: u64) {
+        self.words[self.len % CHUNK] = word;
+        self.len += 1;
+    }
+
+    /// Another word of the entry, or one before it.
+    pub(crate) fn more(&mut self, word: u64) {
+        self.head(word);
+        self.more += 1;
     }
 
     pub(crate) fn words(&self) -> &[u64] {
@@ -40,14 +46,14 @@ impl Chunk {
     }
 
     pub(crate) const fn entries(&self) -> u64 {
-        self.entries
+        (self.len - self.more) as u64
     }
 
     pub(crate) const fn clear(&mut self) {
-        (self.len, self.entries) = (0, 0);
+        (self.len, self.more) = (0, 0);
     }
 
-    const fn has_room(&self) -> bool {
+    pub(crate) const fn has_room(&self) -> bool {
         self.len + LONGEST <= CHUNK
     }
 }
@@ -68,15 +74,14 @@ pub(crate) struct Exchange {
 
 /// Takes the entries of one scheduler, under whatever lock that has.
 ///
-/// Time bound: O(1) for an entry, no system call, no allocation, no waiting. When all chunks are on their way the
-/// tape is at its end: later entries are counted and not kept, so that what is kept has no gaps.
+/// Time bound: O(1) for an entry, no system call, no allocation, no waiting. When all chunks are on their way and the
+/// last one is full, the tape is at its end: later entries are counted and not kept, so that what is kept has no gaps.
 pub struct Tape {
     exchange: Arc<Exchange>,
-    chunk: Option<Chunk>,
+    chunk: Chunk,
     books: Books,
-    /// Time of the last entry, and of the chunk's first.
-    now: Instant,
-    since: Instant,
+    /// When the chunk is handed over though it has room.
+    due: Instant,
     dropped: u64,
 }
 
@@ -87,54 +92,65 @@ impl Tape {
         if let Some(post) = exchange.empty.claim() {
             while post.push(Chunk::new()).is_ok() {}
         }
-        let chunk = exchange.empty.pop();
-        let new = Self {
-            exchange: exchange.clone(),
-            chunk,
-            books: Books::new(),
-            now: Instant::ZERO,
-            since: Instant::ZERO,
-            dropped: 0,
-        };
-        (new, exchange)
+        let chunk = exchange.empty.pop().unwrap_or_else(Chunk::new);
+        let due = Instant::ZERO.saturating_add(AGE);
+        (Self { exchange: exchange.clone(), chunk, books: Books::new(), due, dropped: 0 }, exchange)
     }
 
     /// The time of the last entry, for calls that are given none.
     pub(crate) const fn now(&self) -> Instant {
-        self.now
+        self.books.now()
     }
 
     #[inline(always)]
     pub(crate) fn put(&mut self, entry: &Entry) {
-        self.now = entry.now;
-        let Some(chunk) = &mut self.chunk else {
-            self.dropped += 1;
-            return;
-        };
-        self.books.encode(entry, chunk);
-        chunk.entries += 1;
-        if !chunk.has_room() || entry.now.since(self.since) >= AGE {
-            self.hand_over();
+        // One branch for all that is seldom.
+        let is_usual = self.chunk.has_room() & (entry.now < self.due) & self.books.is_near(entry.now);
+        if is_usual || self.prepare(entry.now) {
+            self.books.encode(entry, &mut self.chunk);
         }
     }
 
+    /// Makes room, hands over what is old, spells a time that is far. Whether the entry is kept.
     #[cold]
-    fn hand_over(&mut self) {
-        self.since = self.now;
-        if let (Some(chunk), Some(post)) = (self.chunk.take(), self.exchange.full.claim()) {
-            // There are fewer chunks than places.
-            let _posted = post.push(Letter::Chunk(chunk));
-            self.chunk = self.exchange.empty.pop();
+    fn prepare(&mut self, now: Instant) -> bool {
+        if now >= self.due {
+            self.due = now.saturating_add(AGE);
+            self.hand_over();
+        } else if !self.chunk.has_room() {
+            self.hand_over();
         }
+        if self.dropped > 0 || !self.chunk.has_room() {
+            self.dropped += 1;
+            return false;
+        }
+        if !self.books.is_near(now) {
+            self.books.spell(now, &mut self.chunk);
+        }
+        true
+    }
+
+    /// Full or old, for an empty one; if there is none, it is filled up, and that is the end.
+    fn hand_over(&mut self) {
+        if let (0, Some(empty)) = (self.dropped, self.exchange.empty.pop()) {
+            let chunk = core::mem::replace(&mut self.chunk, empty);
+            self.exchange.send(Letter::Chunk(chunk));
+        }
+    }
+}
+
+impl Exchange {
+    /// There are fewer letters than places.
+    fn send(&self, letter: Letter) {
+        let _sent = self.full.claim().map(|post| post.push(letter));
     }
 }
 
 impl Drop for Tape {
     fn drop(&mut self) {
-        self.hand_over();
-        if let Some(post) = self.exchange.full.claim() {
-            let _posted = post.push(Letter::End(self.dropped));
-        }
+        let last = Chunk { words: Box::new([0; CHUNK]), len: 0, more: 0 };
+        self.exchange.send(Letter::Chunk(core::mem::replace(&mut self.chunk, last)));
+        self.exchange.send(Letter::End(self.dropped));
     }
 }
 

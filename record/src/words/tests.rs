@@ -66,10 +66,14 @@ fn written(entries: &[Entry]) -> Chunk {
     let (mut books, mut chunk) = (Books::new(), Chunk::new());
     for entry in entries {
         let before = chunk.words().len();
+        if !books.is_near(entry.now) {
+            books.spell(entry.now, &mut chunk);
+        }
         books.encode(entry, &mut chunk);
         let words = chunk.words().len() - before;
         assert!((1..=LONGEST).contains(&words), "{entry}: {words} words");
     }
+    assert_eq!(chunk.entries(), entries.len() as u64);
     chunk
 }
 
