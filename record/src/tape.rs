@@ -2,7 +2,7 @@
 
 use crate::entry::Entry;
 use crate::words::{Books, LONGEST};
-use red_core::{Duration, Instant};
+use red_core::{Instant, LaneId, UnitId};
 use red_sync::Mailbox;
 use std::sync::Arc;
 
@@ -10,35 +10,32 @@ use std::sync::Arc;
 pub(crate) const CHUNK: usize = 8192;
 /// Chunks of a tape: 4 MiB, or some 0.3 s of one lane whose bodies take two microseconds.
 pub(crate) const CHUNKS: usize = 64;
-/// A chunk is handed over when it is so old, full or not, so that little is lost with the process.
-const AGE: Duration = Duration::from_millis(100);
-
 /// Words on their way to the file.
 pub(crate) struct Chunk {
     words: Box<[u64; CHUNK]>,
     len: usize,
-    /// Words that are not the head of an entry.
-    more: usize,
+    entries: u64,
 }
 
 impl Chunk {
     /// An empty one, its memory touched.
     pub(crate) fn new() -> Self {
         // Not zero, which the kernel would give without a page of its own.
-        Self { words: Box::new([u64::MAX; CHUNK]), len: 0, more: 0 }
+        Self { words: Box::new([u64::MAX; CHUNK]), len: 0, entries: 0 }
     }
 
-    /// Begins an entry. There has to be room; the mask is for the compiler, which then looks no more.
+    /// The word of so many entries, or the first of one. There has to be room; the remainder is for the compiler, which
+    /// then looks no more.
     #[inline(always)]
-    pub(crate) fn head(&mut self, word: u64) {
+    pub(crate) fn head(&mut self, word: u64, entries: u64) {
         self.words[self.len % CHUNK] = word;
         self.len += 1;
+        self.entries += entries;
     }
 
-    /// Another word of the entry, or one before it.
+    /// Another word of an entry.
     pub(crate) fn more(&mut self, word: u64) {
-        self.head(word);
-        self.more += 1;
+        self.head(word, 0);
     }
 
     pub(crate) fn words(&self) -> &[u64] {
@@ -46,15 +43,16 @@ impl Chunk {
     }
 
     pub(crate) const fn entries(&self) -> u64 {
-        (self.len - self.more) as u64
+        self.entries
     }
 
     pub(crate) const fn clear(&mut self) {
-        (self.len, self.more) = (0, 0);
+        (self.len, self.entries) = (0, 0);
     }
 
     pub(crate) const fn has_room(&self) -> bool {
-        self.len + LONGEST <= CHUNK
+        // Two for a turn that is broken off at the end.
+        self.len <= CHUNK - LONGEST - 2
     }
 }
 
@@ -80,8 +78,6 @@ pub struct Tape {
     exchange: Arc<Exchange>,
     chunk: Chunk,
     books: Books,
-    /// When the chunk is handed over though it has room.
-    due: Instant,
     dropped: u64,
 }
 
@@ -93,8 +89,7 @@ impl Tape {
             while post.push(Chunk::new()).is_ok() {}
         }
         let chunk = exchange.empty.pop().unwrap_or_else(Chunk::new);
-        let due = Instant::ZERO.saturating_add(AGE);
-        (Self { exchange: exchange.clone(), chunk, books: Books::new(), due, dropped: 0 }, exchange)
+        (Self { exchange: exchange.clone(), chunk, books: Books::new(), dropped: 0 }, exchange)
     }
 
     /// The time of the last entry, for calls that are given none.
@@ -102,35 +97,41 @@ impl Tape {
         self.books.now()
     }
 
+    /// A call whose answer is as nearly always: the beginning of a turn.
     #[inline(always)]
+    pub(crate) fn completed(&mut self, unit: UnitId, now: Instant) -> bool {
+        self.chunk.has_room() && self.books.begin_turn(unit, now)
+    }
+
+    /// Its middle.
+    #[inline(always)]
+    pub(crate) fn dispatched(&mut self, lane: LaneId, unit: UnitId, now: Instant) -> bool {
+        self.books.go_on_turn(lane, unit, now)
+    }
+
+    /// Its end. Nothing was written since it began, so that there is still room.
+    #[inline(always)]
+    pub(crate) fn found_nothing(&mut self, lane: LaneId, now: Instant) -> bool {
+        self.books.end_turn(lane, now, &mut self.chunk)
+    }
+
+    /// Any entry.
+    #[inline(never)]
     pub(crate) fn put(&mut self, entry: &Entry) {
-        // One branch for all that is seldom.
-        let is_usual = self.chunk.has_room() & (entry.now < self.due) & self.books.is_near(entry.now);
-        if is_usual || self.prepare(entry.now) {
-            self.books.encode(entry, &mut self.chunk);
-        }
-    }
-
-    /// Makes room, hands over what is old, spells a time that is far. Whether the entry is kept.
-    #[cold]
-    fn prepare(&mut self, now: Instant) -> bool {
-        if now >= self.due {
-            self.due = now.saturating_add(AGE);
-            self.hand_over();
-        } else if !self.chunk.has_room() {
+        if !self.chunk.has_room() {
             self.hand_over();
         }
-        if self.dropped > 0 || !self.chunk.has_room() {
+        if !self.chunk.has_room() {
             self.dropped += 1;
-            return false;
+            return;
         }
-        if !self.books.is_near(now) {
-            self.books.spell(now, &mut self.chunk);
+        if !self.books.is_near(entry.now) {
+            self.books.spell(entry.now, &mut self.chunk);
         }
-        true
+        self.books.encode(entry, &mut self.chunk);
     }
 
-    /// Full or old, for an empty one; if there is none, it is filled up, and that is the end.
+    /// The chunk is full: another one, if there is one, and else that is the end.
     fn hand_over(&mut self) {
         if let (0, Some(empty)) = (self.dropped, self.exchange.empty.pop()) {
             let chunk = core::mem::replace(&mut self.chunk, empty);
@@ -148,7 +149,8 @@ impl Exchange {
 
 impl Drop for Tape {
     fn drop(&mut self) {
-        let last = Chunk { words: Box::new([0; CHUNK]), len: 0, more: 0 };
+        self.books.break_turn(&mut self.chunk);
+        let last = Chunk::new();
         self.exchange.send(Letter::Chunk(core::mem::replace(&mut self.chunk, last)));
         self.exchange.send(Letter::End(self.dropped));
     }

@@ -1,4 +1,4 @@
-//! Entries as words: what is expected costs one word.
+//! Entries as words: what is expected costs one word, and a lane's usual turn one for all its calls (`turn.rs`).
 //!
 //! ```text
 //! bits  0..4 call | 4..8 code of the answer | 8..14 lane | 14..20 other lane | 20..28 node | 28..64 time since before
@@ -7,16 +7,17 @@
 //! A unit is expected when it is the next one of the scheduler (dispatched), or the last one of its lane (reported);
 //! both sides keep the same books. Whatever is not expected follows in words of its own.
 
+mod turn;
+
 use crate::entry::{Answer, Call, Entry, back, then};
 use crate::tape::Chunk;
-use core::hint::cold_path;
 use red_core::{
     Action, CommitError, CompleteError, Counters, Dispatch, Instant, JobId, LaneId, Outcome, ReleaseError,
     ShedReason, TaskId, UnitId,
 };
 
-/// Words of one entry at most: its time, its head and an outcome.
-pub(crate) const LONGEST: usize = 10;
+/// Words that are written for one entry at most: what was held back, its time, its head and an outcome.
+pub(crate) const LONGEST: usize = 12;
 /// Lanes of a scheduler at most.
 const LANES: usize = 32;
 /// Longest step of time that fits a head.
@@ -62,6 +63,7 @@ mod tag {
     pub(super) const RESTORE: u64 = 8;
     pub(super) const REMOVE: u64 = 9;
     pub(super) const END: u64 = 10;
+    pub(super) const TURN: u64 = 11;
 }
 
 /// Codes of what a poll answers.
@@ -78,6 +80,10 @@ pub(crate) struct Books {
     now: Instant,
     sequence: u64,
     lanes: [UnitId; LANES],
+    /// Writing: the head of a turn whose end has not come yet; 0 is none.
+    turn: u64,
+    /// Reading: what is left of a turn.
+    rest: [Option<Entry>; 2],
 }
 
 /// The fields of a head but the time.
@@ -116,7 +122,13 @@ fn result<E: Copy>(code: u64, errors: &[E]) -> Option<Result<(), E>> {
 
 impl Books {
     pub(crate) const fn new() -> Self {
-        Self { now: Instant::ZERO, sequence: 0, lanes: [UnitId::from_bits(0); LANES] }
+        Self {
+            now: Instant::ZERO,
+            sequence: 0,
+            lanes: [UnitId::from_bits(0); LANES],
+            turn: 0,
+            rest: [None; 2],
+        }
     }
 
     /// The time of the last entry.
@@ -132,18 +144,19 @@ impl Books {
 
     /// Spells a time that is not near; the next entry is of that time.
     pub(crate) fn spell(&mut self, now: Instant, out: &mut Chunk) {
+        self.break_turn(out);
         out.more(tag::TIME);
         out.more(now.as_nanos());
         self.now = now;
     }
 
     /// Writes an entry whose time is near.
-    #[inline(always)]
     pub(crate) fn encode(&mut self, entry: &Entry, out: &mut Chunk) {
+        self.break_turn(out);
         let step = entry.now.as_nanos().wrapping_sub(self.now.as_nanos());
         self.now = entry.now;
         let mut head = |h: Head| {
-            out.head(h.tag | h.code << 4 | h.lane << 8 | h.other << 14 | h.node << 20 | step << 28);
+            out.head(h.tag | h.code << 4 | h.lane << 8 | h.other << 14 | h.node << 20 | step << 28, 1);
         };
         match (entry.call, entry.answer) {
             (Call::Complete(unit), Answer::Reported(answer)) => {
@@ -151,7 +164,6 @@ impl Books {
                 if self.is_last(unit) {
                     head(h.on(unit.lane()));
                 } else {
-                    cold_path();
                     head(h);
                     out.more(unit.to_bits());
                 }
@@ -225,6 +237,10 @@ impl Books {
 
     /// Reads the entry that begins with the next word. `None`: no entry is like that.
     pub(crate) fn decode<E>(&mut self, mut next: impl FnMut() -> Result<u64, E>) -> Result<Option<Entry>, E> {
+        if let Some(entry) = self.rest[0].take() {
+            self.rest.swap(0, 1);
+            return Ok(Some(entry));
+        }
         let mut word = next()?;
         if word == tag::TIME {
             self.now = Instant::from_nanos(next()?);
@@ -241,6 +257,7 @@ impl Books {
                 let unit = if asked.is_some() { last } else { Some(UnitId::from_bits(next()?)) };
                 unit.zip(result(code, &REPORT)).map(|(u, r)| (Call::Complete(u), Answer::Reported(r)))
             }
+            tag::TURN => asked.and_then(|lane| self.read_turn(code, lane, node)),
             tag::FAIL => {
                 let call = Call::Fail(UnitId::from_bits(next()?));
                 result(code, &REPORT).map(|answer| (call, Answer::Reported(answer)))

@@ -45,12 +45,3 @@ fn a_chunk_that_comes_back_too_late_opens_no_gap() {
     tape.put(&entry(1));
     assert_eq!(tape.dropped, 2);
 }
-
-#[test]
-fn an_old_chunk_is_handed_over_before_it_is_full() {
-    let (mut tape, exchange) = Tape::new();
-    tape.put(&entry(1));
-    assert!(exchange.full.pop().is_none());
-    tape.put(&entry(AGE.as_nanos()));
-    assert!(matches!(exchange.full.pop(), Some(Letter::Chunk(chunk)) if chunk.entries() == 1));
-}
