@@ -3,16 +3,21 @@
 
 #[path = "../process/alone.rs"]
 mod alone;
+mod apart;
 mod execution;
 mod files;
 mod graph;
 mod host;
+mod lanes;
 mod numbers;
 #[path = "../process/plugin.rs"]
 mod plugin;
 #[path = "../process/mod.rs"]
 mod process;
+mod redrt;
 #[path = "../process/refused.rs"]
 mod refusal;
+mod rights;
 mod supply;
+mod threads;
 mod virtual_time;

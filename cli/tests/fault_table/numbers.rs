@@ -303,7 +303,7 @@ fn row_22_equal_deadlines_are_ordered_by_release_task_job_and_node_and_that_can_
         let mut scheduler = Box::new(Scheduler::<Four>::new(config));
         let wide = || {
             let mut dag = Dag::<Four>::new();
-            (0..3).for_each(|_| drop(dag.add_node(cost(1)).expect("room")));
+            (0..3).for_each(|_| assert!(dag.add_node(cost(1)).is_ok()));
             dag
         };
         let tasks: [TaskId; 2] = [0, 1].map(|_| scheduler.add_task(&wide(), due(50)).expect("room"));
