@@ -10,11 +10,12 @@ use red_rt::report::RunReport;
 use red_rt::runtime::{Control, Mode, Setup, run};
 use red_rt::timeline::{Host, Releases};
 use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 
 /// Nodes of the task.
 pub(crate) const NODES: usize = 4;
-pub(crate) type TwoLanes = Caps<1, 8, 8, 2, 2>;
+pub(crate) type TwoLanes = Caps<1, 8, 64, 2, 2>;
 /// Longer than any run: reaching it means that something stands still.
 pub(crate) const FAR_NS: u64 = 60_000_000_000;
 
@@ -32,24 +33,41 @@ pub(crate) struct Plan<B> {
 }
 
 /// What became of it.
-pub(crate) struct Told {
+pub(crate) struct Told<H> {
     pub(crate) report: RunReport,
-    pub(crate) released: usize,
-    pub(crate) ended: Vec<Outcome>,
+    pub(crate) host: H,
     /// Job and node of each execution, in the order of their beginnings.
     pub(crate) ran: Vec<(u64, usize)>,
+}
+
+/// Executions in the order of their beginnings; nobody waits to write one down.
+struct Ran {
+    next: AtomicUsize,
+    places: Vec<AtomicU64>,
+}
+
+impl Ran {
+    fn push(&self, work: &Work) {
+        let place = self.next.fetch_add(1, Ordering::Relaxed);
+        self.places[place].store(work.job << 8 | work.node.index() as u64, Ordering::Relaxed);
+    }
+
+    fn all(&self) -> Vec<(u64, usize)> {
+        let ran = self.places.iter().take(self.next.load(Ordering::Relaxed));
+        ran.map(|ran| ran.load(Ordering::Relaxed)).map(|ran| (ran >> 8, (ran & 0xff) as usize)).collect()
+    }
 }
 
 struct Lane<B> {
     number: usize,
     begin: fn(usize),
     body: Arc<B>,
-    ran: Arc<Mutex<Vec<(u64, usize)>>>,
+    ran: Arc<Ran>,
 }
 
 impl<B: Fn(usize, &Work) -> Result<(), Failed> + Send + Sync> Handler for Lane<B> {
     fn run(&mut self, work: &Work) -> Result<(), Failed> {
-        self.ran.lock().map_err(|_| Failed)?.push((work.job, work.node.index()));
+        self.ran.push(work);
         (self.body)(self.number, work)
     }
 
@@ -58,15 +76,19 @@ impl<B: Fn(usize, &Work) -> Result<(), Failed> + Send + Sync> Handler for Lane<B
     }
 }
 
+/// What the host is told of jobs.
 #[derive(Default)]
-struct Notes {
-    released: usize,
-    ended: Vec<Outcome>,
+pub(crate) struct Notes {
+    /// Those that found room; a machine that is busy may be late for others.
+    pub(crate) released: usize,
+    pub(crate) refused: usize,
+    pub(crate) ended: Vec<Outcome>,
 }
 
 impl<C: Capacity> Host<C> for Notes {
-    fn released(&mut self, _task: usize, _release: Instant, _taken: bool) {
-        self.released += 1;
+    fn released(&mut self, _task: usize, _release: Instant, taken: bool) {
+        self.released += usize::from(taken);
+        self.refused += usize::from(!taken);
     }
 
     fn ended(&mut self, outcome: &Outcome) {
@@ -102,13 +124,15 @@ impl<B: Fn(usize, &Work) -> Result<(), Failed> + Send + Sync + 'static> Plan<B> 
         }
     }
 
-    pub(crate) fn run(
+    pub(crate) fn run<H: Host<TwoLanes> + 'static>(
         self,
+        host: H,
         started: impl FnOnce(Arc<dyn Control>, TaskId),
         progress: impl FnMut(u64),
-    ) -> Told {
+    ) -> Told<H> {
         let (scheduler, task) = chain(1);
-        let ran = Arc::new(Mutex::new(Vec::with_capacity(1 << 16)));
+        let places = std::iter::repeat_with(|| AtomicU64::new(0)).take(1 << 16).collect();
+        let ran = Arc::new(Ran { next: AtomicUsize::new(0), places });
         let (notes, body, begin) = (ran.clone(), Arc::new(self.body), self.begin);
         let setup = Setup {
             scheduler,
@@ -126,14 +150,12 @@ impl<B: Fn(usize, &Work) -> Result<(), Failed> + Send + Sync + 'static> Plan<B> 
             }),
             enclose: Arc::new(|main| main()),
         };
-        let (notes, report) =
-            run(setup, Notes::default(), |control| started(control, task), progress).expect("it starts");
-        let ran = ran.lock().expect("nobody panicked with it").clone();
-        Told { report, released: notes.released, ended: notes.ended, ran }
+        let (host, report) = run(setup, host, |control| started(control, task), progress).expect("it starts");
+        Told { report, host, ran: ran.all() }
     }
 }
 
-impl Told {
+impl Told<Notes> {
     /// Asserts that no node ran twice, or before the one ahead of it, and that every job that was released has ended.
     pub(crate) fn is_sound(&self) {
         let mut next = BTreeMap::new();
@@ -142,14 +164,18 @@ impl Told {
             assert_eq!(node, *expected, "job {job}");
             *expected += 1;
         }
-        let mut jobs: Vec<u64> = self.ended.iter().map(|outcome| outcome.index).collect();
+        let mut jobs: Vec<u64> = self.host.ended.iter().map(|outcome| outcome.index).collect();
         jobs.sort_unstable();
         jobs.dedup();
-        assert_eq!((jobs.len(), self.ended.len()), (self.released, self.released), "each job ends once");
+        assert_eq!(
+            (jobs.len(), self.host.ended.len()),
+            (self.host.released, self.host.released),
+            "each job ends once"
+        );
     }
 
     /// Jobs that were given up.
     pub(crate) fn shed(&self) -> usize {
-        self.ended.iter().filter(|outcome| outcome.shed.is_some()).count()
+        self.host.ended.iter().filter(|outcome| outcome.shed.is_some()).count()
     }
 }
