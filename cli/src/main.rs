@@ -15,6 +15,7 @@ mod output;
 mod plan;
 mod profile;
 mod progress;
+mod replay;
 mod run;
 mod session;
 mod sim;
@@ -54,6 +55,7 @@ enum Command {
     Plan(plan::Args),
     Sim(sim::Args),
     Run(run::Args),
+    Replay(replay::Args),
     Profile(profile::Args),
     Doctor(doctor::Args),
 }
@@ -68,6 +70,7 @@ fn main() -> ExitCode {
         Command::Plan(args) => plan::main(&args),
         Command::Sim(args) => sim::main(&args),
         Command::Run(args) => run::main(&args),
+        Command::Replay(args) => replay::main(&args),
         Command::Profile(args) => profile::main(&args),
         Command::Doctor(args) => doctor::main(&args),
     };

@@ -500,24 +500,60 @@ fn row_59_logs_that_nobody_reads_or_that_fit_nowhere_stop_no_job() {
     fill.join().expect("no panic").expect("it was read in the end");
     is_whole(&output);
     // Nobody was late for it: the last job ended five seconds after the start, and not when somebody came to read.
-    let run: Value = serde_json::from_slice(&output.stdout).expect("one JSON object");
-    let slowest = count(&run["tasks"][0]["response_ns"], "max");
+    let read_late: Value = serde_json::from_slice(&output.stdout).expect("one JSON object");
+    let slowest = count(&read_late["tasks"][0]["response_ns"], "max");
     assert!(slowest < 1_000_000_000, "a job waited {slowest} ns for who reads");
     // No room for a trace: told by its name, and the figures are there all the same.
-    let output = super::process::run(&[
-        "run",
-        path.to_str().unwrap(),
-        "--json",
-        "--best-effort",
-        "--duration",
-        "200ms",
-        "--trace",
-        "/dev/full",
-    ]);
-    assert_eq!(output.0, 3, "{}", output.2);
-    let figures: Value = serde_json::from_str(&output.1).expect("one JSON object");
+    let short = ["--best-effort", "--duration", "200ms"];
+    let output =
+        run(&path, &[&short[..], &["--trace", "/dev/full"]].concat()).output().expect("the command starts");
+    let (figures, told) = summary(&output, 3);
     assert_eq!(jobs(&figures), [4, 4, 0]);
-    assert!(output.2.contains("cannot write the trace to `/dev/full`"), "{}", output.2);
+    assert!(told.contains("cannot write the trace to `/dev/full`"), "{told}");
+    // A disk that is full in the middle of a log: what is there is kept, the rest is counted, and no job waits.
+    need_root();
+    let disk = Disk::new("row-59", "64k");
+    let log = disk.0.join("run.redlog");
+    let text = fs::read_to_string(&path).expect("UTF-8").replace("50ms", "1ms");
+    let fast = crate::process::file("row-59-fast.toml", text.as_bytes());
+    let arguments = ["--best-effort", "--duration", "3s", "--record", log.to_str().unwrap()];
+    let (logged, told) = summary(&run(&fast, &arguments).output().expect("the command starts"), 0);
+    let [released, completed, shed] = jobs(&logged);
+    assert_eq!((released, completed + shed), (3_000, 3_000), "{logged}");
+    assert!(count(&logged["record"], "dropped") > 0 && count(&logged["record"], "inputs") > 0, "{logged}");
+    assert!(told.contains("No space left on device") && told.contains("cannot be replayed"), "{told}");
+    let refusal = crate::process::run(&["replay", log.to_str().unwrap()]);
+    assert!(refusal.0 == 2 && refusal.2.contains("cannot be replayed"), "{}", refusal.2);
+}
+
+/// A small disk of this test.
+struct Disk(PathBuf);
+
+impl Disk {
+    fn new(name: &str, size: &str) -> Self {
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+        fs::create_dir_all(&folder).expect("the folder for tests takes folders");
+        let options = format!("size={size}");
+        let mounted =
+            Command::new("mount").args(["-t", "tmpfs", "-o", &options, "tmpfs"]).arg(&folder).status();
+        if !mounted.is_ok_and(|status| status.success()) {
+            not_run("needs the right to mount (CAP_SYS_ADMIN)");
+        }
+        Self(folder)
+    }
+}
+
+impl Drop for Disk {
+    fn drop(&mut self) {
+        // A process that ended a moment ago may still have it.
+        let _gone = (0..100).any(|_| {
+            let gone = Command::new("umount").arg(&self.0).status().is_ok_and(|status| status.success());
+            if !gone {
+                thread::sleep(LOOK);
+            }
+            gone
+        });
+    }
 }
 
 #[test]

@@ -145,6 +145,7 @@ impl<B: Fn(usize, &Work) -> Result<(), Failed> + Send + Sync + 'static> Plan<B> 
                 .collect(),
             duration_ns: self.duration_ns,
             drain_ns: self.drain_ns,
+            tape: None,
             handlers: Arc::new(move |number| {
                 Box::new(Lane { number, begin, body: body.clone(), ran: notes.clone() })
             }),

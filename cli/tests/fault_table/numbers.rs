@@ -1,13 +1,18 @@
 //! Rows 12 to 22: numbers and time.
 
+use crate::alone::alone;
+use crate::apart::apart;
 use crate::process::file;
+use crate::redrt::{run, summary, workload};
 use crate::refusal::refused;
+use crate::rights::{need_root, not_run};
 use crate::virtual_time::{MS, Small, at, chain, cost, drain, due, one_task, poll, runs_through};
 use red_core::{
     AddTaskError, Admission, Caps, CommitError, Config, Contention, Dag, DeadlineRule, Duration, Instant,
     Levels, Node, NodeError, NodeId, Outcome, PoolError, ReleaseError, Scheduler, ShedReason, SubDeadlines,
     TaskId, Wcet, shares,
 };
+use red_rt::clock::suspended_ns;
 use red_tests::rng::Rng;
 
 const RULES: [DeadlineRule; 6] = [
@@ -252,6 +257,22 @@ fn row_20_after_a_jump_of_an_hour_every_late_job_is_reported_once_and_no_storm_f
     let (ended, _, started) = after_a_jump(Config::REDRT, SLEPT);
     let hopeless = ended.iter().filter(|outcome| outcome.shed == Some(ShedReason::Hopeless)).count();
     assert_eq!((hopeless, started), (4, 0), "nothing is executed for what is lost");
+    // On Linux the run's clock stands still while the machine sleeps; what it leaves out is told. A machine that slept
+    // for an hour is one whose clock of boot time is an hour ahead.
+    need_root();
+    let before = suspended_ns();
+    let slept = ["unshare", "--time", "--boottime", "3600", "--fork", "--"];
+    let Some(output) = apart(&slept, || println!("slept {}", suspended_ns() / 1_000_000_000)) else { return };
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    let slept: Option<u64> = said.split("slept ").nth(1).and_then(|rest| rest.split_whitespace().next()?.parse().ok());
+    let slept = slept.unwrap_or_else(|| not_run("needs time namespaces (CONFIG_TIME_NS, and unshare of util-linux)"));
+    // Both clocks are read one after the other.
+    assert!((3_600..=3_601).contains(&(slept - before / 1_000_000_000)), "{slept} s");
+    let path = workload("row-20", "good", 1, "");
+    let _alone = alone();
+    let output = run(&path, &["--best-effort", "--duration", "100ms"]).output().expect("the command starts");
+    let awake = summary(&output, 0).0["suspended_ns"].as_u64();
+    assert!(awake.is_some_and(|ns| ns < 1_000_000_000), "it did not sleep: {awake:?}");
 }
 
 /// The instants of a run that starts at `origin`, relative to it.
