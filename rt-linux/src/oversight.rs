@@ -70,9 +70,9 @@ where
             }
             *before = waits;
         }
-        // A look late, as the ring for it may be under way.
-        let is_due = shared.wake_at.load(Ordering::Acquire) < shared.now().saturating_sub(STANDSTILL_NS);
-        if is_due || shared.knock.load(Ordering::SeqCst) {
+        // Some looks late, as the ring for it may be under way. Relaxed: what is missed now is seen at the next look.
+        let is_due = shared.wake_at.load(Ordering::Relaxed) < shared.now().saturating_sub(STANDSTILL_NS);
+        if is_due || shared.knock.load(Ordering::Relaxed) {
             shared.rouse_idle();
         }
     }

@@ -163,7 +163,8 @@ impl<C: Capacity, H, L: Exclusive<Scheduler<C>>> Shared<C, H, L> {
 
     /// Wakes every lane that waits, also one whose wake-up was lost.
     pub(crate) fn rouse_idle(&self) {
-        let idle = self.idle.load(Ordering::SeqCst);
+        // Relaxed: a guess, and a lane that is not meant only looks once more.
+        let idle = self.idle.load(Ordering::Relaxed);
         let waits = |lane: &usize| idle >> lane & 1 == 1;
         (0..self.seats.len()).filter(waits).for_each(|lane| self.seats[lane].bell.rouse());
     }

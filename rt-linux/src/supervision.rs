@@ -67,6 +67,7 @@ where
                 Err(_) => {}
             }
         }
+        // AcqRel: partner of the same in `Shared::lose`.
         let mut lost = self.shared.lost.swap(0, Ordering::AcqRel);
         while lost != 0 {
             let lane = lost.trailing_zeros() as usize;
@@ -89,9 +90,11 @@ where
         let (shared, slot) = (&self.shared, &self.shared.slots[lane]);
         slot.forget();
         shared.leaves_idle(lane);
-        // AcqRel: as the keeper's own store in `pass_on`, of which this takes the place.
-        let _kept = shared.keeper.compare_exchange(lane as u32, NOBODY, Ordering::AcqRel, Ordering::Relaxed);
+        // SeqCst: takes the place of the keeper's own store in `pass_on`.
+        let _kept = shared.keeper.compare_exchange(lane as u32, NOBODY, Ordering::SeqCst, Ordering::Relaxed);
+        shared.rouse_idle();
         self.threads_died += 1;
+        // Unless the watchdog has said so already.
         if slot.disarm() == Bound::Kept {
             shared.lose(lane);
         }
@@ -117,13 +120,16 @@ where
         self.stuck.extend(slot.thread());
         slot.forget();
         self.threads += 1;
+        // Release: partner of the Acquire in `Lane::execute` and `Lane::wait`.
         shared.seats[lane].threads.store(self.threads, Ordering::Release);
         // Before its first turn, which retires the lane for the hung body and then takes it over.
+        // AcqRel: partner of the Acquire in `Shared::take_over`.
         shared.spared.fetch_or(1 << lane, Ordering::AcqRel);
         let may = self.stuck.len() <= MOST_STUCK;
         match may.then(|| self.starter.start(lane, self.threads, None)) {
             Some(Ok(spare)) => self.running.push(spare),
             Some(Err(_)) | None => {
+                // AcqRel: as above.
                 shared.spared.fetch_and(!(1 << lane), Ordering::AcqRel);
                 self.gone |= 1 << lane;
             }

@@ -19,7 +19,9 @@ pub(crate) fn apart(wrapper: &[&str], body: impl FnOnce()) -> Option<Output> {
         return None;
     }
     let program = env::current_exe().expect("this program");
-    let mut words: Vec<&OsStr> = wrapper.iter().map(OsStr::new).collect();
+    // What is tried here may stand still for ever.
+    let bounded = ["timeout", "--signal=KILL", "300"];
+    let mut words: Vec<&OsStr> = bounded.iter().chain(wrapper).map(OsStr::new).collect();
     words.push(program.as_os_str());
     let mut command = Command::new(words[0]);
     command.args(&words[1..]).args(["--exact", &test, "--nocapture", "--test-threads=1"]).env(APART, "1");

@@ -366,7 +366,7 @@ fn row_39_a_burst_of_minutes_keeps_the_queue_bounded_the_floor_and_an_exact_coun
                 Action::Dispatch(start) => {
                     let unit = scheduler.unit(start.unit).expect("it was just started");
                     // Every fourth execution takes a millisecond: what is late at worst case may still be in time.
-                    let took = if unit.first.index % 4 == 0 { 1 } else { unit.wcet.as_nanos() / MS };
+                    let took = if unit.first.index.is_multiple_of(4) { 1 } else { unit.wcet.as_nanos() / MS };
                     running = Some((ms + took, start.unit));
                 }
                 Action::Ended(outcome) => {

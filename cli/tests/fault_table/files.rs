@@ -157,7 +157,7 @@ fn row_72_what_is_no_file_or_changes_while_it_is_read_has_an_answer() {
     // Root may read everything, unless it gives that right away.
     let closed = folder.join("closed.toml");
     fs::write(&closed, GOOD).expect("the folder takes files");
-    fs::set_permissions(&closed, fs::Permissions::from_mode(0)).expect("our own file");
+    fs::set_permissions(&closed, fs::Permissions::from_mode(0o000)).expect("our own file");
     let none = "-dac_override,-dac_read_search";
     let denied = crate::rights::without(&[], none, &["plan", closed.to_str().unwrap()]).output();
     refused(

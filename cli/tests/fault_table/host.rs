@@ -466,12 +466,16 @@ fn row_59_logs_that_nobody_reads_or_that_fit_nowhere_stop_no_job() {
     let _alone = alone();
     let is_whole = |output: &std::process::Output| {
         let (run, _) = summary(output, 0);
-        assert_eq!(jobs(&run), [100, 100, 0]);
+        assert_eq!(jobs(&run), [80, 80, 0]);
     };
-    let arguments = ["--best-effort", "--duration", "5s"];
+    let arguments = ["--best-effort", "--duration", "4s"];
     // Full, and closed.
     let full = OpenOptions::new().write(true).open("/dev/full").expect("Linux has it");
     is_whole(&run(&path, &arguments).stderr(full).output().expect("the command starts"));
+    let mut gone =
+        run(&path, &arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("it starts");
+    drop(gone.stderr.take());
+    is_whole(&gone.wait_with_output().expect("it ends"));
     // A pipe that is full already and that nobody reads until all the jobs are done: what wants to be told waits, and
     // what has to be done does not.
     let (mut reader, mut writer) = std::io::pipe().expect("a pipe");
@@ -499,10 +503,10 @@ fn row_59_logs_that_nobody_reads_or_that_fit_nowhere_stop_no_job() {
     });
     fill.join().expect("no panic").expect("it was read in the end");
     is_whole(&output);
-    // Nobody was late for it: the last job ended five seconds after the start, and not when somebody came to read.
+    // Nobody waited for it: a lane that had would have ended what came at two seconds only now, at six and more.
     let read_late: Value = serde_json::from_slice(&output.stdout).expect("one JSON object");
     let slowest = count(&read_late["tasks"][0]["response_ns"], "max");
-    assert!(slowest < 1_000_000_000, "a job waited {slowest} ns for who reads");
+    assert!(slowest < 3_000_000_000, "a job waited {slowest} ns for who reads");
     // No room for a trace: told by its name, and the figures are there all the same.
     let short = ["--best-effort", "--duration", "200ms"];
     let output =

@@ -24,8 +24,8 @@ fn deny(manifest: &Path) -> (bool, String) {
     assert!(program.is_file(), "no {}; install it with: cargo xtask test deny", program.display());
     let config = root().join("deny.toml");
     let mut command = Command::new(program);
-    command.arg("--manifest-path").arg(manifest).args(["--offline", "check", "--config"]).arg(config);
-    let output = command.args(["bans", "licenses", "sources"]).output().expect("it is there");
+    command.arg("--manifest-path").arg(manifest).arg("--offline").arg("--config").arg(config);
+    let output = command.args(["check", "bans", "licenses", "sources"]).output().expect("it is there");
     (output.status.success(), told(&output))
 }
 
@@ -65,7 +65,14 @@ fn row_75_a_new_duplicate_licence_or_source_stops_at_the_gate() {
     let source = planted("row-75-repository", &[], "");
     let repository = source.parent().expect("its folder").to_str().expect("UTF-8");
     let git = |arguments: &[&str]| {
-        let identity = ["-c", "user.name=planted", "-c", "user.email=planted@localhost", "-c", "init.defaultBranch=main"];
+        let identity = [
+            "-c",
+            "user.name=planted",
+            "-c",
+            "user.email=planted@localhost",
+            "-c",
+            "init.defaultBranch=main",
+        ];
         let status = Command::new("git").args(identity).arg("-C").arg(repository).args(arguments).output();
         let status = status.expect("no git; install it with: apt-get install git");
         assert!(status.status.success(), "{}", told(&status));
@@ -76,10 +83,12 @@ fn row_75_a_new_duplicate_licence_or_source_stops_at_the_gate() {
     let more = format!("planted-source = {{ git = \"file://{repository}\", package = \"planted\" }}\n");
     let manifest = planted("row-75-source", &[], &more);
     // Its own name is taken.
-    let text = fs::read_to_string(&manifest).expect("UTF-8").replacen("name = \"planted\"", "name = \"reader\"", 1);
+    let text =
+        fs::read_to_string(&manifest).expect("UTF-8").replacen("name = \"planted\"", "name = \"reader\"", 1);
     fs::write(&manifest, text).expect("our own file");
     let mut fetch = Command::new(env!("CARGO"));
-    let fetched = fetch.args(["generate-lockfile", "--manifest-path"]).arg(&manifest).output().expect("cargo");
+    let fetched =
+        fetch.args(["generate-lockfile", "--manifest-path"]).arg(&manifest).output().expect("cargo");
     assert!(fetched.status.success(), "{}", told(&fetched));
     let (passes, said) = deny(&manifest);
     assert!(!passes && said.contains("source") && said.contains("not explicitly allowed"), "{said}");

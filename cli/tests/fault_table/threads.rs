@@ -247,11 +247,11 @@ fn lose_wake_ups(_lane: usize) {
         op(answer, 0, 0, libc::SECCOMP_RET_ALLOW),
     ];
     let program = libc::sock_fprog { len: filter.len() as u16, filter: filter.as_mut_ptr() };
-    // SAFETY: both take what they are told to; the program lives for the call and is copied.
-    let set = unsafe {
-        libc::prctl(libc::PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0
-            && libc::prctl(libc::PR_SET_SECCOMP, libc::SECCOMP_MODE_FILTER, &raw const program) == 0
-    };
+    // SAFETY: takes integers.
+    let may = unsafe { libc::prctl(libc::PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0 };
+    // SAFETY: the program lives for the call and is copied.
+    let set = may
+        && unsafe { libc::prctl(libc::PR_SET_SECCOMP, libc::SECCOMP_MODE_FILTER, &raw const program) == 0 };
     assert!(set, "seccomp: {}", std::io::Error::last_os_error());
 }
 
