@@ -9,6 +9,7 @@ mod models;
 mod scene;
 
 use crate::given_up::{GivenUp, legend};
+use crate::happened;
 use crate::options;
 use crate::outcome::{Answer, Failure};
 use crate::output;
@@ -102,6 +103,7 @@ pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
     } else {
         output::line(&text(&sessions, &files))?;
     }
+    sessions.iter().try_for_each(|session| happened::went_on(&session.summary))?;
     Ok(Answer::Yes)
 }
 

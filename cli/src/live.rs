@@ -2,7 +2,7 @@
 //! that standard output stays clean.
 
 use crate::session::host::Live;
-use crate::terminal::{self, Paint};
+use crate::terminal::{self, Paint, Teller};
 use red_workload::build::Numbered;
 use std::io;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -27,6 +27,8 @@ pub(crate) struct View {
     missed_so_far: u64,
     moves: bool,
     paint: Paint,
+    /// Who shows it looks after the run as well, and must not wait for a reader.
+    teller: Teller,
     drawn: usize,
     next_plain_ns: u64,
     obstacle_told: bool,
@@ -50,6 +52,7 @@ impl View {
             missed_so_far: 0,
             moves: terminal::moves(&io::stderr()),
             paint: Paint::on(&io::stderr()),
+            teller: Teller::new(),
             drawn: 0,
             next_plain_ns: PLAIN_NS,
             obstacle_told: false,
@@ -93,7 +96,7 @@ impl View {
         let up = if self.drawn > 0 { format!("\x1b[{}A", self.drawn) } else { String::new() };
         let lines_down: String = lines.iter().map(|line| format!("{line}\x1b[K\n")).collect();
         // From the first column, also after the terminal has shown a key.
-        terminal::tell(&format!("\x1b[?7l\r{up}{lines_down}\x1b[J\x1b[?7h"));
+        self.teller.tell(format!("\x1b[?7l\r{up}{lines_down}\x1b[J\x1b[?7h"));
         self.drawn = lines.len();
     }
 
@@ -104,11 +107,11 @@ impl View {
             self.obstacle_told = !self.obstacle_told;
             let what =
                 if self.obstacle_told { "an obstacle comes into sight" } else { "the obstacle is gone" };
-            terminal::tell(&format!("{:<8}{:>6.1} s {what}\n", self.title, seconds(now_ns)));
+            self.teller.tell(format!("{:<8}{:>6.1} s {what}\n", self.title, seconds(now_ns)));
         }
         if now_ns >= self.next_plain_ns {
             self.next_plain_ns += PLAIN_NS;
-            terminal::tell(&format!("{}\n", self.jobs(now_ns, live)));
+            self.teller.tell(format!("{}\n", self.jobs(now_ns, live)));
         }
     }
 

@@ -7,6 +7,7 @@ mod demo;
 mod doctor;
 mod executable;
 mod given_up;
+mod happened;
 mod live;
 mod options;
 mod outcome;

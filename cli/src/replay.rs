@@ -18,8 +18,8 @@ use red_workload::policy::Policy;
 use red_workload::{Format, Source, shown_path};
 use serde::Serialize;
 use std::fmt::Write;
-use std::fs::File;
-use std::io::BufReader;
+use std::fs::{self, File};
+use std::io::{self, BufReader};
 use std::path::{Path, PathBuf};
 use what_if::Change;
 
@@ -139,7 +139,12 @@ fn refused(path: &Path, error: &LogError) -> Failure {
 }
 
 fn open(path: &Path) -> Result<Opened, Failure> {
-    let file = File::open(path).map_err(|e| refused(path, &LogError::Read(e)))?;
+    let unreadable = |e| refused(path, &LogError::Read(e));
+    // Opening a FIFO would wait for its writer.
+    if !fs::metadata(path).map_err(unreadable)?.is_file() {
+        return Err(unreadable(io::Error::other("it is a directory, a FIFO, a device or a socket")));
+    }
+    let file = File::open(path).map_err(unreadable)?;
     let log = Reader::new(BufReader::new(file)).map_err(|e| refused(path, &e))?;
     let header = log.header();
     let of_other = |what: &str| Failure::Input(format!("`{}`: {what}; update the program", shown_path(path)));

@@ -2,6 +2,7 @@
 
 use crate::executable;
 use crate::given_up;
+use crate::happened;
 use crate::live::View;
 use crate::options;
 use crate::outcome::{Answer, Failure};
@@ -106,6 +107,7 @@ pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
     if let Some(record) = &session.record {
         output::note(&record.words());
     }
+    happened::went_on(&session.summary)?;
     let missed: u64 = session.summary.report.tasks.iter().map(|t| t.missed).sum();
     Ok(Answer::of(!args.strict || missed == 0))
 }
@@ -149,6 +151,7 @@ pub(crate) fn watch(source: &Source, options: &Options<'_>) -> Result<Session, F
     if session.hung > 0 {
         output::note(&hung(&session));
     }
+    happened::notes(&session.summary).iter().for_each(|note| output::note(note));
     for name in never_released(source, &session.summary) {
         output::note(&format!(
             "task `{name}` was never released: in `run` only a plugin releases tasks with `min_interarrival`; give it \
@@ -239,7 +242,11 @@ fn text(summary: &RunSummary) -> String {
     row("allocations while running", summary.allocations.to_string());
     row("page faults while running", summary.page_faults.to_string());
     row("scheduler state", format!("{} bytes", summary.scheduler_bytes));
-    let mode = if summary.realtime { "real time" } else { "BEST EFFORT, not real time" };
+    let mode = match (summary.realtime, summary.preempt_rt) {
+        (true, true) => "real time",
+        (true, false) => "real time on a kernel without PREEMPT_RT, so without a bound",
+        (false, _) => "BEST EFFORT, not real time",
+    };
     format!(
         "policy {}, {mode}, {}\n\n{tasks}{given_up}\n\n{figures}",
         report.policy,

@@ -2,6 +2,8 @@
 
 use std::env;
 use std::io::{self, IsTerminal, Write};
+use std::sync::mpsc::{self, SyncSender};
+use std::thread::{self, JoinHandle};
 
 /// Width that lines are wrapped to: every terminal has it.
 const COLUMNS: usize = 80;
@@ -15,6 +17,37 @@ pub(crate) fn moves(stream: &impl IsTerminal) -> bool {
 pub(crate) fn tell(text: &str) {
     let mut err = io::stderr().lock();
     let _told = err.write_all(text.as_bytes()).and_then(|()| err.flush());
+}
+
+/// Texts that wait while standard error takes none.
+const WAITING: usize = 64;
+
+/// Tells on standard error for who must not wait: a terminal that was halted, or a pipe that nobody reads, holds a
+/// thread of its own. What finds no room is not told.
+pub(crate) struct Teller {
+    texts: Option<SyncSender<String>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Teller {
+    pub(crate) fn new() -> Self {
+        let (texts, told) = mpsc::sync_channel::<String>(WAITING);
+        let writes = move || told.iter().for_each(|text| tell(&text));
+        // Without the thread nothing is told, and everything else goes on.
+        Self { texts: Some(texts), thread: thread::Builder::new().spawn(writes).ok() }
+    }
+
+    pub(crate) fn tell(&self, text: String) {
+        let _room = self.texts.as_ref().map(|texts| texts.try_send(text));
+    }
+}
+
+impl Drop for Teller {
+    /// What is told after this comes after what was told before.
+    fn drop(&mut self) {
+        self.texts = None;
+        let _written = self.thread.take().map(JoinHandle::join);
+    }
 }
 
 /// Colours, where a terminal shows them and NO_COLOR does not forbid them.

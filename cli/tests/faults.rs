@@ -47,23 +47,6 @@ fn a_body_that_fails_fails_its_own_job_and_its_reason_is_told() {
 }
 
 #[test]
-fn a_body_that_never_returns_costs_its_job_and_a_spare_takes_the_lane() {
-    let (summary, told) = summary(&run("hangs", ""));
-    let task = &summary["tasks"][0];
-    assert_eq!((count(task, "released"), count(task, "completed"), count(task, "shed")), (10, 9, 1));
-    assert_eq!((&summary["failed"], &summary["lanes_lost"]), (&1.into(), &0.into()));
-    assert!(told.contains("`t.a`") && told.contains("did not return"), "{told}");
-    assert!(told.contains("spare"), "{told}");
-}
-
-#[test]
-fn a_body_that_crashes_takes_the_process_down_and_no_answer_pretends_otherwise() {
-    let output = run("crashes", "");
-    assert_ne!(output.status.code(), Some(0));
-    assert!(output.stdout.is_empty());
-}
-
-#[test]
 fn a_body_may_release_another_task_while_it_runs() {
     let sporadic = "[[task]]\nname = \"s\"\nmin_interarrival = \"10ms\"\ndeadline = \"20s\"\n\
                     node = [{ name = \"b\", wcet = \"1ms\", body = { spin = \"10us\" } }]\n";
@@ -77,18 +60,4 @@ fn a_body_may_release_another_task_while_it_runs() {
 fn a_plugin_is_told_times_of_the_clock() {
     let (summary, told) = summary(&run("reads_the_clock", ""));
     assert_eq!((count(&summary["tasks"][0], "completed"), &summary["failed"]), (10, &0.into()), "{told}");
-}
-
-#[test]
-fn a_burst_beyond_the_room_for_jobs_is_shed_and_every_job_is_accounted_for() {
-    let burst = "[[task]]\nname = \"burst\"\nperiod = \"1ms\"\ndeadline = \"1ms\"\n\
-                 node = [{ name = \"b\", wcet = \"20ms\", body = { spin = \"20ms\" } }]\n";
-    let output = run("good", burst);
-    let (summary, _) = summary(&output);
-    let task = &summary["tasks"][1];
-    assert_eq!(count(task, "released"), 500);
-    assert_eq!(count(task, "on_time") + count(task, "missed"), 500, "{task}");
-    assert!(count(task, "shed") > 0, "{task}");
-    assert!(summary.get("given_up").is_none(), "the keys are a contract");
-    assert_eq!(summary["allocations"], 0);
 }

@@ -116,16 +116,3 @@ fn a_signal_while_the_demo_measures_ends_it_without_an_answer() {
     assert!(err.contains("stopped"), "{err}");
     assert_eq!(fs::read_dir(&folder).unwrap().count(), 0, "the unpacked networks are gone");
 }
-
-#[test]
-fn a_process_that_was_halted_goes_on_and_accounts_for_every_job() {
-    let _alone = alone();
-    let folder = folder("signals-halted");
-    let arguments = ["run", "examples/cruise.toml", "--best-effort", "--duration", "3s", "--json"];
-    let (child, told) = started(&arguments, &folder, "of 3 s");
-    send(&child, &["STOP", "CONT"]);
-    let (status, out, err) = ended(child, told);
-    assert_eq!(status, Some(0), "{err}");
-    let summary: Value = serde_json::from_str(&out).expect("one JSON object");
-    assert_eq!((&summary["tasks"][0]["released"], &summary["stopped_by"]), (&30.into(), &Value::Null));
-}

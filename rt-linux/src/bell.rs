@@ -93,6 +93,14 @@ impl Bell {
         }
     }
 
+    /// As [`Bell::ring`], and wakes the waiter also where an earlier ring says that it did: for who suspects that a
+    /// wake-up was lost on its way through the kernel. Always one system call.
+    pub fn rouse(&self) {
+        // Release: partner of the Acquire in `take`.
+        self.state.swap(RUNG, Ordering::Release);
+        futex_wake(&self.state);
+    }
+
     /// Takes the ring, if there was one. To be called by the waiter only.
     pub fn take(&self) -> bool {
         // The plain load keeps the line shared while the waiter polls.

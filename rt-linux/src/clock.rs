@@ -1,4 +1,4 @@
-//! `CLOCK_MONOTONIC`, the only clock of the runtime.
+//! `CLOCK_MONOTONIC`, the only clock that the runtime goes by.
 
 use nix::time::{ClockId, clock_gettime};
 
@@ -15,6 +15,18 @@ pub fn now_ns() -> u64 {
     let now = clock_gettime(ClockId::CLOCK_MONOTONIC).expect("every supported Linux has CLOCK_MONOTONIC");
     // Time since boot: neither part is ever negative.
     now.tv_sec().unsigned_abs() * 1_000_000_000 + now.tv_nsec().unsigned_abs()
+}
+
+/// How long the machine was suspended since boot, in nanoseconds: what `CLOCK_MONOTONIC` leaves out. Two readings tell
+/// of a suspension between them; a difference of microseconds is that of their own two clocks.
+///
+/// # Panics
+///
+/// On a kernel without `CLOCK_BOOTTIME`, which Linux has had since 2.6.39.
+#[must_use]
+pub fn suspended_ns() -> u64 {
+    let boot = clock_gettime(ClockId::CLOCK_BOOTTIME).expect("every supported Linux has CLOCK_BOOTTIME");
+    (boot.tv_sec().unsigned_abs() * 1_000_000_000 + boot.tv_nsec().unsigned_abs()).saturating_sub(now_ns())
 }
 
 #[cfg(test)]

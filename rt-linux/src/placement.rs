@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use nix::errno::Errno;
-use nix::sched::{CpuSet, sched_getaffinity};
+use nix::sched::{CpuSet, sched_getaffinity, sched_setaffinity};
 use nix::unistd::Pid;
 
 use crate::setup::SetupError;
@@ -15,12 +15,24 @@ use crate::setup::SetupError;
 ///
 /// [`SetupError::System`] if the kernel has more CPUs than the 1024 of the C library's mask.
 pub fn usable_cpus() -> Result<Vec<usize>, SetupError> {
-    let mask = sched_getaffinity(Pid::from_raw(0)).map_err(|errno: Errno| SetupError::System {
+    cpus_of(Pid::from_raw(0)).map_err(|errno| SetupError::System {
         call: "sched_getaffinity",
         errno,
         fix: "boot with at most 1024 CPUs (maxcpus=1024)",
-    })?;
+    })
+}
+
+/// The CPUs on which a thread may run, ascending; `ESRCH` if it has ended.
+pub(crate) fn cpus_of(thread: Pid) -> Result<Vec<usize>, Errno> {
+    let mask = sched_getaffinity(thread)?;
     Ok((0..CpuSet::count()).filter(|&cpu| mask.is_set(cpu) == Ok(true)).collect())
+}
+
+/// Allows a thread to run on `cpu` only.
+pub(crate) fn pin_thread(thread: Pid, cpu: usize) -> Result<(), Errno> {
+    let mut mask = CpuSet::new();
+    mask.set(cpu)?;
+    sched_setaffinity(thread, &mask)
 }
 
 /// One CPU of `usable` for each of `lanes` lanes, ascending. CPU 0, where the kernel does most of its own work,

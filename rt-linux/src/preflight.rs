@@ -75,5 +75,11 @@ pub fn examine(root: &Path) -> Vec<Finding> {
     areas.iter().flat_map(|area| area(&tree)).collect()
 }
 
+/// Whether the kernel is PREEMPT_RT; on another, no latency has a bound. `root` as for [`examine`].
+#[must_use]
+pub fn is_preempt_rt(root: &Path) -> bool {
+    kernel::is_preempt_rt(&Tree::new(root))
+}
+
 #[cfg(test)]
 mod tests;

@@ -2,6 +2,7 @@
 
 use crate::panics::BodyPanic;
 use crate::usage::Usage;
+use core::fmt;
 use hdrhistogram::Histogram;
 
 /// Figures of a run.
@@ -21,8 +22,18 @@ pub struct RunReport {
     pub overruns: u64,
     /// Bodies that ran past their bound.
     pub hung: u64,
-    /// Lanes that were lost, because no spare thread could be started.
+    /// Lanes that were lost, because no spare thread could be started, or too many never came back.
     pub lanes_lost: u64,
+    /// Lane threads that ended though nobody asked them to.
+    pub threads_died: u64,
+    /// Times that a lane was found off its CPU and put back.
+    pub pinned_again: u64,
+    /// Times that the watchdog, and so most likely every thread, got no CPU for 20 ms and more.
+    pub standstills: u64,
+    /// The longest of them, in nanoseconds.
+    pub longest_standstill_ns: u64,
+    /// How long the machine was suspended meanwhile, in nanoseconds. The run's clock stood still.
+    pub suspended_ns: u64,
     /// Bodies that panicked or failed.
     pub failed: u64,
     /// What the first bodies that panicked said, at most [`PANICS`] of each lane thread.
@@ -37,6 +48,35 @@ pub struct RunReport {
     pub busy_ns: Vec<u64>,
     /// The signal that ended the run early, by name.
     pub stopped_by: Option<&'static str>,
+    /// Why the run ended itself early.
+    pub gave_up: Option<Surrender>,
+}
+
+/// Why a run cannot go on: its process has to be started anew.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Surrender {
+    /// Every lane is lost to bodies that never returned, or to threads that died.
+    NoLane,
+    /// A lane's CPU was taken away. Elsewhere it could spin for the lock on the CPU of the lane that holds it.
+    CpuGone {
+        /// The lane.
+        lane: usize,
+        /// Its CPU.
+        cpu: usize,
+    },
+}
+
+impl fmt::Display for Surrender {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NoLane => f.write_str("no lane is left, because bodies never returned or their threads died; mend the bodies and start again"),
+            Self::CpuGone { lane, cpu } => write!(
+                f,
+                "CPU {cpu} was taken from lane {lane} (offline, or out of the cpuset); give it back and start again"
+            ),
+        }
+    }
 }
 
 /// What one lane measured; folded into the report at the end.

@@ -1,9 +1,10 @@
 //! The runtime: owns the shared scheduler and the lanes; starts them, watches them, stops them.
 
 use crate::allocations;
-use crate::clock::now_ns;
+use crate::clock::{now_ns, suspended_ns};
 use crate::handler::Handler;
 use crate::lane::NOBODY;
+use crate::oversight::{Oversight, Standstills};
 use crate::panics::keep_of_bodies;
 use crate::pi_lock::PiLock;
 use crate::report::{LaneFigures, RunReport};
@@ -11,6 +12,7 @@ use crate::seat::Seat;
 use crate::setup::{self, Fifo, SetupError};
 use crate::shared::{Held, Shared};
 use crate::stop::StopSignals;
+use crate::supervision::Supervision;
 use crate::threads::{Gate, NO_HOST, Starter, start_all};
 use crate::timeline::{Host, Releases, Timeline};
 use crate::watchdog::{Slot, Watchdog};
@@ -97,9 +99,9 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>> + Send + Sync> Control 
     }
 }
 
-/// Runs until the duration ended and the jobs drained, or a signal came. Every release of the duration is made, late
-/// if need be; after a signal none is made and no body starts. Bodies that run at the end are waited for, as long as
-/// the watchdog gives them. Panics of bodies are in the report and not printed ([`crate::panics`]).
+/// Runs until the duration ended and the jobs drained, a signal came, or it cannot go on ([`Surrender`](crate::report::Surrender)). Every release
+/// of the duration is made, late if need be; after a signal or a surrender none is made and no body starts. Bodies that
+/// run at the end are waited for, as long as the watchdog gives them. Panics of bodies are in the report and not printed ([`crate::panics`]).
 ///
 /// `progress` is called about ten times a second on the calling thread, with the nanoseconds since the start. Returns
 /// the host and the figures.
@@ -143,9 +145,9 @@ where
     }
     // Held to the end of the run; a machine without the device idles as deep as it likes, which doctor tells.
     let _awake = realtime.then(setup::hold_cpu_dma_latency);
-    let allocations_before = allocations::counted();
+    let (allocations_before, suspended_before) = (allocations::counted(), suspended_ns());
     let starter = Starter::<Shared<C, H, L>>::new(handlers, enclose, mode);
-    let mut running = start_all(&starter, lanes)?;
+    let running = start_all(&starter, lanes)?;
 
     let slots: Arc<[Slot]> = (0..lanes).map(|_| Slot::new()).collect();
     let shared = Arc::new(Shared::<C, H, L> {
@@ -168,54 +170,33 @@ where
         origin_ns: now_ns(),
         spin_ns: if realtime { SPIN_NS } else { 0 },
         hung: AtomicU64::new(0),
+        standstills: Standstills::default(),
         lost: AtomicU32::new(0),
         spared: AtomicU32::new(0),
     });
-    let watched = shared.clone();
     let above = starter.mode.fifo(0).map(|f| Fifo { priority: f.priority + 1, ..f });
-    let watchdog = Watchdog::start(slots, above, move |lane, _expiry| {
-        watched.hung.fetch_add(1, Ordering::Relaxed);
-        watched.seats[lane].overdue.store(true, Ordering::Release);
-        // Some lane fails the job; where none is left, the spare does it.
-        watched.lost.fetch_or(1 << lane, Ordering::AcqRel);
-        watched.knock();
-    });
+    let watchdog = Watchdog::start(slots, above, Oversight::of(shared.clone()));
     let watchdog = watchdog.inspect_err(|_| starter.let_through(Gate::Cancelled))?;
     started(shared.clone());
     starter.let_through(Gate::Open(shared.clone()));
 
-    let mut threads = lanes as u64;
-    let mut lanes_lost = 0;
+    let mut supervision = Supervision::new(shared.clone(), starter, running);
     let mut now = 0;
     let is_over =
         |now: u64| shared.drained.load(Ordering::Relaxed) || now >= duration_ns.saturating_add(drain_ns);
-    while signals.requested().is_none() && !is_over(now) {
+    while signals.requested().is_none() && supervision.gave_up.is_none() && !is_over(now) {
         let _woken = signals.bell().wait(Some(now_ns() + PROGRESS_NS), 0);
         now = shared.now();
         progress(now);
-        let mut lost = shared.lost.swap(0, Ordering::AcqRel);
-        while lost != 0 {
-            let lane = lost.trailing_zeros() as usize;
-            lost &= lost - 1;
-            threads += 1;
-            shared.seats[lane].threads.store(threads, Ordering::Release);
-            // Before its first turn, which retires the lane for the hung body and then takes it over.
-            shared.spared.fetch_or(1 << lane, Ordering::AcqRel);
-            match starter.start(lane, threads, None) {
-                Ok(spare) => running.push(spare),
-                Err(_) => {
-                    shared.spared.fetch_and(!(1 << lane), Ordering::AcqRel);
-                    lanes_lost += 1;
-                }
-            }
-        }
+        supervision.look();
     }
+    let gave_up = supervision.gave_up;
     let stopped_by = signals.requested().map(nix::sys::signal::Signal::as_str);
     shared.stopping.store(true, Ordering::Release);
     shared.seats.iter().for_each(|seat| seat.bell.ring());
     let mut total = LaneFigures::new();
     let mut busy_ns = vec![0; lanes];
-    for thread in &running {
+    for thread in &supervision.running {
         if let Some(figures) = thread.end(&shared) {
             busy_ns[thread.lane] += figures.busy_ns;
             total.add(figures);
@@ -226,7 +207,7 @@ where
         shared.host.with(|held| {
             let (mut host, mut tape) = (held.host.take()?, held.tape.take());
             let scheduler = &mut Recorded::new(scheduler, tape.as_mut());
-            if stopped_by.is_none() {
+            if stopped_by.is_none() && gave_up.is_none() {
                 // What no lane came to within the bound is told as released, too.
                 held.timeline.release(scheduler, &mut host, Instant::from_nanos(now));
             }
@@ -234,6 +215,7 @@ where
             Some(host)
         })
     });
+    let (standstills, longest_standstill_ns) = shared.standstills.told();
     let report = RunReport {
         realtime,
         overhead_ns_per_unit: total.deciding_ns / total.units.max(1),
@@ -243,7 +225,12 @@ where
         overruns: total.overruns,
         // Also bodies that ran at the end and did not return.
         hung: shared.hung.load(Ordering::Relaxed),
-        lanes_lost,
+        lanes_lost: supervision.lanes_lost(),
+        threads_died: supervision.threads_died,
+        pinned_again: supervision.pinned_again,
+        standstills,
+        longest_standstill_ns,
+        suspended_ns: suspended_ns().saturating_sub(suspended_before),
         failed: total.failed,
         panics: total.panics,
         nodes_missed: total.nodes_missed,
@@ -251,6 +238,7 @@ where
         events_dropped: shared.scheduler.with(|s, _| s.events_dropped()),
         busy_ns,
         stopped_by,
+        gave_up,
     };
     host.map(|host| (host, report)).ok_or(NO_HOST)
 }

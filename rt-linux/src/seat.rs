@@ -100,6 +100,13 @@ impl Seat {
         move || self.unit.load(Ordering::Relaxed) != taken
     }
 
+    /// The unit that was handed and not taken yet.
+    pub(crate) fn waiting(&self) -> Option<UnitId> {
+        // Relaxed: a guess, for who only wakes the lane.
+        let unit = self.unit.load(Ordering::Relaxed);
+        (unit != self.own.taken.load(Ordering::Relaxed)).then_some(UnitId::from_bits(unit))
+    }
+
     /// Whatever was handed so far is not to be run any more. To be called under the scheduler's lock.
     pub(crate) fn discard(&self) {
         // Acquire: partner of the Release in `take`.

@@ -9,13 +9,12 @@ use std::fs::File;
 use std::io::{self, Write};
 
 use nix::errno::Errno;
-use nix::sched::{CpuSet, sched_setaffinity};
 use nix::sys::mman::{MlockAllFlags, mlockall};
 use nix::sys::prctl::set_timerslack;
 use nix::sys::resource::{Resource, getrlimit, setrlimit};
 use nix::unistd::Pid;
 
-use crate::placement::usable_cpus;
+use crate::placement::{pin_thread, usable_cpus};
 use crate::sys::{self, Policy};
 
 /// Where the kernel takes latency requests for its idle states.
@@ -165,9 +164,8 @@ pub fn best_effort() -> Result<(), SetupError> {
 ///
 /// [`SetupError::CpuNotUsable`].
 pub fn pin(cpu: usize) -> Result<(), SetupError> {
-    let mut mask = CpuSet::new();
-    let pinned = mask.set(cpu).and_then(|()| sched_setaffinity(Pid::from_raw(0), &mask));
-    pinned.or_else(|_| Err(SetupError::CpuNotUsable { cpu, usable: usable_cpus()? }))
+    pin_thread(Pid::from_raw(0), cpu)
+        .or_else(|_| Err(SetupError::CpuNotUsable { cpu, usable: usable_cpus()? }))
 }
 
 /// Locks all present and future memory of the process, so that no page is ever fetched or reclaimed in a lane.

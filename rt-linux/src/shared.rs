@@ -2,6 +2,7 @@
 
 use crate::clock::now_ns;
 use crate::lane::NOBODY;
+use crate::oversight::Standstills;
 use crate::seat::Seat;
 use crate::timeline::Timeline;
 use crate::watchdog::Slot;
@@ -48,6 +49,7 @@ pub(crate) struct Shared<C: Capacity, H, L: Exclusive<Scheduler<C>>> {
     pub(crate) origin_ns: u64,
     pub(crate) spin_ns: u64,
     pub(crate) hung: AtomicU64,
+    pub(crate) standstills: Standstills,
     /// Lanes whose threads are lost, a bit each, for the control thread.
     pub(crate) lost: AtomicU32,
     /// Lanes that got a spare, a bit each, for the next lane that has the lock.
@@ -58,6 +60,16 @@ impl<C: Capacity, H, L: Exclusive<Scheduler<C>>> Shared<C, H, L> {
     /// Nanoseconds since the start of the run.
     pub(crate) fn now(&self) -> u64 {
         now_ns().saturating_sub(self.origin_ns)
+    }
+
+    /// The lane's thread does not come back. To be called by others than lanes: some lane fails what it ran; where none
+    /// is left, its spare does it.
+    pub(crate) fn lose(&self, lane: usize) {
+        // Release: partner of the Acquire in `fail_overdue`.
+        self.seats[lane].overdue.store(true, Ordering::Release);
+        // AcqRel: partner of the swap in `Supervision::look`.
+        self.lost.fetch_or(1 << lane, Ordering::AcqRel);
+        self.knock();
     }
 
     /// Fails the units of lanes whose bodies passed their bounds; their lanes start nothing until a spare comes.
@@ -147,6 +159,14 @@ impl<C: Capacity, H, L: Exclusive<Scheduler<C>>> Shared<C, H, L> {
     /// Whether somebody knocked since the last call.
     pub(crate) fn knocked(&self) -> bool {
         self.knock.load(Ordering::SeqCst) && self.knock.swap(false, Ordering::AcqRel)
+    }
+
+    /// Wakes every lane that waits, also one whose wake-up was lost.
+    pub(crate) fn rouse_idle(&self) {
+        // Relaxed: a guess, and a lane that is not meant only looks once more.
+        let idle = self.idle.load(Ordering::Relaxed);
+        let waits = |lane: &usize| idle >> lane & 1 == 1;
+        (0..self.seats.len()).filter(waits).for_each(|lane| self.seats[lane].bell.rouse());
     }
 
     /// Rings one of the lanes that wait.

@@ -12,7 +12,7 @@ use core::sync::atomic::Ordering;
 use red_core::{Capacity, Scheduler};
 use red_sync::Exclusive;
 use std::io;
-use std::sync::mpsc::{self, RecvTimeoutError};
+use std::sync::mpsc::{self, RecvTimeoutError, TryRecvError};
 use std::sync::{Arc, Condvar, Mutex};
 use std::thread;
 use std::time::Duration;
@@ -124,6 +124,11 @@ fn set_up(fifo: Option<Fifo>, handlers: &Handlers, number: usize) -> Result<Box<
 }
 
 impl Started {
+    /// Whether a thread that has not adopted its lane's slot never will.
+    pub(crate) fn never_began(&self) -> bool {
+        matches!(self.figures.try_recv(), Err(TryRecvError::Disconnected))
+    }
+
     /// Waits for its end, as long as it may take: a body until the watchdog finds it beyond its bound, and what is no
     /// body for [`STOP_LOOKS`]. Who takes longer tells nothing and ends with the process.
     pub(crate) fn end<C: Capacity, H, L: Exclusive<Scheduler<C>>>(

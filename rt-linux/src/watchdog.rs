@@ -2,7 +2,7 @@
 //!
 //! A FIFO thread that loops keeps its CPU for good. The watchdog, one priority above the lanes, demotes the
 //! thread of such a lane to `SCHED_IDLE` when its bound has passed: the body goes on in the time that nobody
-//! else wants, and the caller of [`Watchdog::start`] is told which lane it was. Under best effort it only tells,
+//! else wants, and its [`Overseer`] is told which lane it was. Under best effort it only tells,
 //! because ordinary threads share their CPU anyway, and the kernel lets nobody without rights leave `SCHED_IDLE`.
 //!
 //! # Life of a slot
@@ -86,6 +86,16 @@ impl Slot {
         self.thread.store(gettid().as_raw(), Ordering::Relaxed);
     }
 
+    /// The thread that adopted the slot last, if it was not forgotten since.
+    pub(crate) fn thread(&self) -> Option<Pid> {
+        Some(self.thread.load(Ordering::Relaxed)).filter(|thread| *thread != 0).map(Pid::from_raw)
+    }
+
+    /// Until another thread adopts the slot it has none.
+    pub(crate) fn forget(&self) {
+        self.thread.store(0, Ordering::Relaxed);
+    }
+
     /// The body that starts now must return before `deadline_ns` of `CLOCK_MONOTONIC`. One store.
     pub fn arm(&self, deadline_ns: u64) {
         // Release: partner of the Acquire in `claim`, so that the watchdog sees the thread of `adopt`.
@@ -125,9 +135,10 @@ impl Slot {
 
     /// Ends a claim, after demoting the thread if `demotes`.
     fn expire(&self, demotes: bool) -> Expiry {
-        // The thread cannot have ended: it would have waited in `disarm`.
-        let thread = Pid::from_raw(self.thread.load(Ordering::Relaxed));
-        let expiry = match demotes.then(|| sys::set_policy(thread, Policy::Idle)) {
+        // The thread has not ended, for it would have waited in `disarm`; unless it was killed, and then it is not there.
+        let demoted =
+            || self.thread().map_or(Err(Errno::ESRCH), |thread| sys::set_policy(thread, Policy::Idle));
+        let expiry = match demotes.then(demoted) {
             Some(Ok(())) => Expiry::Demoted,
             Some(Err(errno)) => Expiry::Refused(errno),
             None => Expiry::Reported,
@@ -135,6 +146,23 @@ impl Slot {
         // Release: partner of the Acquire in `disarm`.
         self.deadline_ns.store(PASSED, Ordering::Release);
         expiry
+    }
+}
+
+/// Who is told what the watchdog sees, on the watchdog's thread. Must be short and must not panic.
+pub trait Overseer: Send + 'static {
+    /// The bound of the slot with this index has passed; once for each.
+    fn expired(&mut self, index: usize, expiry: Expiry);
+
+    /// A look at all slots is over. It began `late_ns` nanoseconds after it was due.
+    fn looked(&mut self, late_ns: u64) {
+        let _unused = late_ns;
+    }
+}
+
+impl<F: FnMut(usize, Expiry) + Send + 'static> Overseer for F {
+    fn expired(&mut self, index: usize, expiry: Expiry) {
+        self(index, expiry);
     }
 }
 
@@ -148,16 +176,13 @@ pub struct Watchdog {
 impl Watchdog {
     /// Starts watching `slots`, at `fifo` or, for a best-effort run, as an ordinary thread that only reports.
     ///
-    /// `on_expiry` is called once for each bound that passes, on the watchdog's thread, with the slot's index. It
-    /// must be short and must not panic.
-    ///
     /// # Errors
     ///
     /// Those of [`Fifo::apply`], or [`SetupError::System`] if no thread can be started.
     pub fn start(
         slots: Arc<[Slot]>,
         fifo: Option<Fifo>,
-        on_expiry: impl FnMut(usize, Expiry) + Send + 'static,
+        overseer: impl Overseer,
     ) -> Result<Self, SetupError> {
         let stop = Arc::new(Bell::new());
         let (ready, is_ready) = mpsc::sync_channel(1);
@@ -166,7 +191,7 @@ impl Watchdog {
             let prepared = fifo.map_or_else(best_effort, Fifo::apply);
             let failed = prepared.is_err();
             if ready.send(prepared).is_ok() && !failed {
-                watch(&slots, fifo.is_some(), &bell, on_expiry);
+                watch(&slots, fifo.is_some(), &bell, overseer);
             }
         };
         let no_thread = |error: io::Error| SetupError::System {
@@ -185,25 +210,27 @@ impl Drop for Watchdog {
     fn drop(&mut self) {
         self.stop.ring();
         if let Some(thread) = self.thread.take() {
-            // A panic of `on_expiry` has been printed by its thread already.
+            // A panic of the overseer has been printed by its thread already.
             let _ = thread.join();
         }
     }
 }
 
-fn watch(slots: &[Slot], demotes: bool, stop: &Bell, mut on_expiry: impl FnMut(usize, Expiry)) {
+fn watch(slots: &[Slot], demotes: bool, stop: &Bell, mut overseer: impl Overseer) {
     let mut wake_at = now_ns();
     while stop.wait(Some(wake_at), 0) == Woken::TimedOut {
         let now = now_ns();
+        let late_ns = now.saturating_sub(wake_at);
         wake_at = now + LONGEST_SLEEP_NS;
         for (index, slot) in slots.iter().enumerate() {
             let Some(deadline) = slot.deadline() else { continue };
             if deadline > now {
                 wake_at = wake_at.min(deadline);
             } else if slot.claim(deadline) {
-                on_expiry(index, slot.expire(demotes));
+                overseer.expired(index, slot.expire(demotes));
             }
         }
+        overseer.looked(late_ns);
         wake_at = wake_at.max(now + SHORTEST_SLEEP_NS);
     }
 }

@@ -3,15 +3,13 @@
 
 use std::fs;
 use std::hint::spin_loop;
-use std::sync::atomic::{AtomicBool, AtomicI32, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, mpsc};
 use std::thread;
 use std::time::Duration;
 
 use nix::unistd::gettid;
-use red_rt::bell::{Bell, Woken};
 use red_rt::clock::now_ns;
-use red_rt::pi_lock::PiLock;
 use red_rt::placement::usable_cpus;
 use red_rt::preflight::{Severity, measure};
 use red_rt::setup::{Fifo, SetupError, hold_cpu_dma_latency, lock_memory};
@@ -35,15 +33,15 @@ fn become_fifo(priority: u8) {
     need("SCHED_FIFO (root, CAP_SYS_NICE or RLIMIT_RTPRIO)", Fifo { priority, cpu }.apply());
 }
 
-/// What the kernel says of a thread: (effective priority, real-time priority, policy).
-fn scheduling(thread: i32) -> (i64, i64, i64) {
+/// What the kernel says of a thread: its real-time priority and its policy.
+fn scheduling(thread: i32) -> (i64, i64) {
     let stat =
         fs::read_to_string(format!("/proc/self/task/{thread}/stat")).expect("a thread of this process");
     // The name, in parentheses, may contain blanks; what follows begins with the third field.
     let (_, fields) = stat.rsplit_once(')').expect("the name is in parentheses");
     let fields: Vec<&str> = fields.split_whitespace().collect();
     let field = |number: usize| fields[number - 3].parse().expect("a number");
-    (field(18), field(40), field(41))
+    (field(40), field(41))
 }
 
 #[test]
@@ -55,8 +53,8 @@ fn a_fifo_thread_has_its_priority_and_its_cpu_and_its_children_have_not() {
     })
     .join()
     .expect("the rights are there");
-    assert_eq!((mine.1, mine.2), (7, FIFO));
-    assert_eq!(child.2, ORDINARY);
+    assert_eq!(mine, (7, FIFO));
+    assert_eq!(child.1, ORDINARY);
     assert_eq!(cpus.len(), 1);
 }
 
@@ -114,64 +112,11 @@ fn the_watchdog_demotes_a_real_time_thread_that_does_not_return() {
     assert_eq!(expired.recv_timeout(FAR), Ok((1, Expiry::Demoted)));
     seen.store(true, Ordering::Relaxed);
     let (hung, bound, back) = lane.join().expect("the spin is bounded");
-    assert_eq!(hung.2, IDLE);
+    assert_eq!(hung.1, IDLE);
     assert_eq!(bound, Bound::Passed);
-    assert_eq!((back.1, back.2), (40, FIFO), "the lane takes its priority back");
+    assert_eq!(back, (40, FIFO), "the lane takes its priority back");
     drop(watchdog);
     assert_eq!(expired.try_iter().count(), 0, "one report");
-}
-
-/// Three priorities on one CPU. Without inheritance the middle one would keep the holder, and so the highest,
-/// waiting until it has used up its time.
-#[test]
-fn the_holder_of_a_lock_inherits_the_priority_of_the_waiter() {
-    let lock = Arc::new(PiLock::new(()).expect("the kernel has priority inheritance"));
-    let release = Arc::new(Bell::new());
-    let got_it = Arc::new(AtomicBool::new(false));
-    let holder = Arc::new(AtomicI32::new(0));
-
-    let (held, is_held) = mpsc::channel();
-    let low = thread::spawn({
-        let (lock, release, holder) = (lock.clone(), release.clone(), holder.clone());
-        move || {
-            become_fifo(10);
-            holder.store(gettid().as_raw(), Ordering::Relaxed);
-            let guard = lock.lock();
-            held.send(()).expect("the test waits for it");
-            let woken = release.wait(Some(now_ns() + 10 * LONGEST_SPIN_NS), 0);
-            drop(guard);
-            woken
-        }
-    });
-    is_held.recv_timeout(FAR).expect("the lock is free and the rights are there");
-
-    let high = thread::spawn({
-        let (lock, got_it) = (lock.clone(), got_it.clone());
-        move || {
-            become_fifo(30);
-            drop(lock.lock());
-            got_it.store(true, Ordering::Relaxed);
-        }
-    });
-    let give_up = now_ns() + 5 * LONGEST_SPIN_NS;
-    // The kernel shows priority P as -1 - P.
-    while scheduling(holder.load(Ordering::Relaxed)).0 != -31 {
-        assert!(now_ns() < give_up, "the holder was never lifted to 30");
-        thread::sleep(Duration::from_millis(1));
-    }
-
-    let middle = thread::spawn(move || {
-        become_fifo(20);
-        release.ring();
-        let end = now_ns() + LONGEST_SPIN_NS;
-        while !got_it.load(Ordering::Relaxed) && now_ns() < end {
-            spin_loop();
-        }
-        got_it.load(Ordering::Relaxed)
-    });
-    assert!(middle.join().expect("the spin is bounded"), "the middle priority kept the highest waiting");
-    assert_eq!(low.join().expect("no panic"), Woken::Rung);
-    high.join().expect("no panic");
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! The tasks of this workspace: `cargo xtask --help`.
 
+mod faults;
 mod process;
 mod report;
 mod steps;
@@ -21,6 +22,7 @@ Tasks of this workspace.
 usage: cargo xtask TASK
 
   test [STEP]...    every test there is, quick things first; STEPs: only these, --help lists them
+  faults            the fault table: each row's test is run, and the table printed
   bench [ARG]...    what the scheduler costs beside its peers, measured now; --help tells the ARGs
   soak [ARG]...     random workloads, edits and faults on real threads; --help tells the ARGs
   models [--check]  writes the demo's networks; --check compares the committed ones with their generator
@@ -63,6 +65,7 @@ fn main() -> ExitCode {
             }
         }
         ["soak", ref rest @ ..] => finish(steps::soak(&workspace, rest)),
+        ["faults"] => finish(faults::run(&workspace)),
         ["models", ref rest @ ..] if matches!(rest, [] | ["--check"]) => {
             finish(tools::python(&workspace).and_then(|python| python.generate(rest)))
         }

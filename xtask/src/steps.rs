@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use crate::faults;
 use crate::process::Failure;
 use crate::report::Tally;
 use crate::tools::{self, MICROCONTROLLER};
@@ -35,6 +36,7 @@ const STEPS: &[Step] = &[
     Step { name: "onnx", what: "a second inference engine agrees on the networks", run: onnx },
     Step { name: "examples", what: "every example runs", run: examples },
     Step { name: "deny", what: "licences, sources and duplicates of the dependencies", run: deny },
+    Step { name: "faults", what: "each row of the fault table has its test, and passes", run: faults::run },
 ];
 
 /// What the examples are given, by their file; `{target}` is the folder for everything built.
@@ -86,7 +88,8 @@ fn clippy(workspace: &Workspace) -> Result<Tally, Failure> {
 }
 
 fn test(workspace: &Workspace) -> Result<Tally, Failure> {
-    workspace.cargo(&["test", "--workspace", "--no-fail-fast"]).stream()
+    // The rows of the fault table are a step of their own.
+    workspace.cargo(&["test", "--workspace", "--no-fail-fast", "--", "--skip", "::row_"]).stream()
 }
 
 /// In the profile of the tests, whose checks a release leaves out.

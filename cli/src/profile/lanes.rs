@@ -123,7 +123,7 @@ impl Lanes<'_> {
         let (answer, answers) = channel();
         let (hung, watched) = (answer.clone(), runs.clone());
         let above = machine.realtime().then(|| Fifo { priority: PRIORITY + 1, cpu: machine.cpus[0] });
-        let watchdog = Watchdog::start(slots.clone(), above, move |lane, _expiry| {
+        let watchdog = Watchdog::start(slots.clone(), above, move |lane: usize, _expiry| {
             if let Some(place) = *watched[lane].lock().unwrap_or_else(PoisonError::into_inner) {
                 let _told = hung.send((lane, Err(Trouble::Hung(place))));
             }

@@ -9,6 +9,7 @@ use red_rt::report::RunReport;
 use red_workload::metrics::{TaskLog, TaskMetrics, summarise};
 use red_workload::model::Workload;
 use serde::Serialize;
+use std::path::Path;
 
 /// Latency percentiles in nanoseconds.
 #[derive(Clone, Copy, Debug, Serialize)]
@@ -47,12 +48,26 @@ pub(crate) struct RunSummary {
     pub(crate) failed: u64,
     /// Lanes that were lost for good.
     pub(crate) lanes_lost: u64,
+    /// Lane threads that ended by themselves, and were replaced.
+    pub(crate) threads_died: u64,
+    /// Times that a lane was found off its CPU and put back.
+    pub(crate) pinned_again: u64,
+    /// Times that the run got no CPU for 20 ms and more: halted, throttled, or out of its quota.
+    pub(crate) standstills: u64,
+    /// The longest of them.
+    pub(crate) longest_standstill_ns: u64,
+    /// How long the machine was suspended meanwhile.
+    pub(crate) suspended_ns: u64,
+    /// Whether the kernel is PREEMPT_RT; where it is not, latencies have no bound.
+    pub(crate) preempt_rt: bool,
     /// Jobs or events that the tables had no room for.
     pub(crate) notes_dropped: u64,
     /// How much was recorded, if the run was.
     pub(crate) record: Option<Totals>,
     /// The signal that ended the run early.
     pub(crate) stopped_by: Option<&'static str>,
+    /// Why the run ended itself early.
+    pub(crate) gave_up: Option<String>,
     /// Why the jobs of each task were given up that its `shed` counts.
     #[serde(skip)]
     pub(crate) given_up: Vec<GivenUp>,
@@ -126,9 +141,16 @@ pub(super) fn summary(
         overruns: figures.overruns,
         failed: figures.failed + figures.hung,
         lanes_lost: figures.lanes_lost,
+        threads_died: figures.threads_died,
+        pinned_again: figures.pinned_again,
+        standstills: figures.standstills,
+        longest_standstill_ns: figures.longest_standstill_ns,
+        suspended_ns: figures.suspended_ns,
+        preempt_rt: red_rt::preflight::is_preempt_rt(Path::new("/")),
         notes_dropped: notes.dropped + figures.events_dropped,
         record,
         stopped_by: figures.stopped_by,
+        gave_up: figures.gave_up.map(|surrender| surrender.to_string()),
         given_up: notes.logs.iter().map(|log| given_up(log, until.as_nanos(), end_ns)).collect(),
     }
 }

@@ -48,6 +48,8 @@ const SETTINGS: [Setting; 3] = [
     },
 ];
 
+const VERSION: &str = "proc/sys/kernel/version";
+
 const HIGH_RES: Check = Check {
     id: "kernel.high_res_timers",
     why: "without them a lane wakes at the next tick, milliseconds late",
@@ -109,10 +111,13 @@ fn preemption(tree: &Tree<'_>) -> Finding {
         why: "without it the kernel may delay a lane for milliseconds; no bound is claimed then",
         fix: "install a PREEMPT_RT kernel: apt install linux-image-rt-amd64, or pro enable realtime-kernel",
     };
-    CHECK.on(tree.read("proc/sys/kernel/version"), |version| {
-        let flag = tree.read("sys/kernel/realtime").is_ok_and(|flag| flag == "1");
-        CHECK.pass_if(flag || version.contains("PREEMPT_RT"), version)
-    })
+    CHECK.on(tree.read(VERSION), |version| CHECK.pass_if(is_preempt_rt(tree), version))
+}
+
+/// Whether the kernel says of itself that it is PREEMPT_RT.
+pub(super) fn is_preempt_rt(tree: &Tree<'_>) -> bool {
+    let flag = tree.read("sys/kernel/realtime").is_ok_and(|flag| flag == "1");
+    flag || tree.read(VERSION).is_ok_and(|version| version.contains("PREEMPT_RT"))
 }
 
 /// `option` ends with `=` where the value is only shown.

@@ -1,0 +1,55 @@
+//! What happened to a run besides its jobs, in words: what its machine did to it, and why it gave up.
+
+use crate::outcome::Failure;
+use crate::session::RunSummary;
+use crate::table::time;
+
+/// A line for each kind of thing that should not have happened, with its cure.
+pub(crate) fn notes(summary: &RunSummary) -> Vec<String> {
+    let mut notes = Vec::new();
+    let mut note = |happened: bool, words: &dyn Fn() -> String| notes.extend(happened.then(words));
+    note(summary.standstills > 0, &|| {
+        format!(
+            "standstills: {}, the longest of {}: the run was halted, throttled by the kernel, or out of its CPU quota; \
+             see kernel.rt_throttling and rights.cpu_quota of `redrt doctor`",
+            summary.standstills,
+            time(Some(summary.longest_standstill_ns))
+        )
+    });
+    note(summary.suspended_ns >= SUSPENSION_NS, &|| {
+        let length = time(Some(summary.suspended_ns));
+        format!(
+            "the machine was suspended for {length}, which deadlines do not count; keep robots awake while they run"
+        )
+    });
+    note(summary.threads_died > 0, &|| {
+        format!(
+            "lane threads that ended by themselves: {}; a body called pthread_exit, or it was killed",
+            summary.threads_died
+        )
+    });
+    note(summary.pinned_again > 0, &|| {
+        format!(
+            "lanes that were moved off their CPUs and put back: {} times; keep taskset and cpuset off this process",
+            summary.pinned_again
+        )
+    });
+    note(summary.realtime && summary.page_faults > 0, &|| {
+        format!("page faults while running: {}; allocate in `_open`, and not in a step", summary.page_faults)
+    });
+    notes
+}
+
+/// Two readings of two clocks differ by less.
+const SUSPENSION_NS: u64 = 1_000_000;
+
+/// A run that ended itself is no answer, though its figures are: its process has to be started anew.
+///
+/// # Errors
+/// [`Failure::Machine`] with the reason.
+pub(crate) fn went_on(summary: &RunSummary) -> Result<(), Failure> {
+    match &summary.gave_up {
+        Some(why) => Err(Failure::Machine(format!("the run gave up: {why}"))),
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,79 @@
+//! What the watchdog does for a run at each of its looks: gives up bodies beyond their bounds, makes up for wake-ups
+//! that got lost, and notes when nobody got a CPU.
+//!
+//! No protocol here loses a wake-up. A kernel, a filter of system calls or a debugger may; then a lane stands still
+//! for one look instead of for ever.
+
+use crate::shared::Shared;
+use crate::watchdog::{Expiry, Overseer};
+use core::sync::atomic::{AtomicU64, Ordering};
+use red_core::{Capacity, Scheduler, UnitId};
+use red_sync::Exclusive;
+use std::sync::Arc;
+
+/// A look that comes later than this was kept from its CPU: longer than what one thread of higher priority takes.
+const STANDSTILL_NS: u64 = 20_000_000;
+
+/// Times in which the run's most urgent thread got no CPU: the process was halted, throttled, or out of its quota.
+#[derive(Debug, Default)]
+pub(crate) struct Standstills {
+    count: AtomicU64,
+    longest_ns: AtomicU64,
+}
+
+impl Standstills {
+    /// How many, and the longest in nanoseconds.
+    pub(crate) fn told(&self) -> (u64, u64) {
+        (self.count.load(Ordering::Relaxed), self.longest_ns.load(Ordering::Relaxed))
+    }
+
+    fn note(&self, late_ns: u64) {
+        if late_ns > STANDSTILL_NS {
+            self.count.fetch_add(1, Ordering::Relaxed);
+            self.longest_ns.fetch_max(late_ns, Ordering::Relaxed);
+        }
+    }
+}
+
+/// The watchdog's view of a run.
+pub(crate) struct Oversight<C: Capacity, H, L: Exclusive<Scheduler<C>>> {
+    shared: Arc<Shared<C, H, L>>,
+    /// What waited in each seat at the last look.
+    waiting: Vec<Option<UnitId>>,
+}
+
+impl<C: Capacity, H, L: Exclusive<Scheduler<C>>> Oversight<C, H, L> {
+    pub(crate) fn of(shared: Arc<Shared<C, H, L>>) -> Self {
+        let waiting = vec![None; shared.seats.len()];
+        Self { shared, waiting }
+    }
+}
+
+impl<C, H, L> Overseer for Oversight<C, H, L>
+where
+    C: Capacity,
+    H: Send + 'static,
+    L: Exclusive<Scheduler<C>> + Send + Sync + 'static,
+{
+    fn expired(&mut self, lane: usize, _expiry: Expiry) {
+        self.shared.hung.fetch_add(1, Ordering::Relaxed);
+        self.shared.lose(lane);
+    }
+
+    fn looked(&mut self, late_ns: u64) {
+        let shared = &*self.shared;
+        shared.standstills.note(late_ns);
+        for (seat, before) in shared.seats.iter().zip(&mut self.waiting) {
+            let waits = seat.waiting();
+            if waits.is_some() && waits == *before {
+                seat.bell.rouse();
+            }
+            *before = waits;
+        }
+        // Some looks late, as the ring for it may be under way. Relaxed: what is missed now is seen at the next look.
+        let is_due = shared.wake_at.load(Ordering::Relaxed) < shared.now().saturating_sub(STANDSTILL_NS);
+        if is_due || shared.knock.load(Ordering::Relaxed) {
+            shared.rouse_idle();
+        }
+    }
+}
