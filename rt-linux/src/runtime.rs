@@ -3,18 +3,18 @@
 use crate::allocations;
 use crate::clock::now_ns;
 use crate::handler::Handler;
-use crate::lane::NOBODY;
 use crate::panics::keep_of_bodies;
 use crate::pi_lock::PiLock;
 use crate::report::{LaneFigures, RunReport};
-use crate::seat::Seat;
 use crate::setup::{self, Fifo, SetupError};
 use crate::shared::Shared;
+use crate::spares::Spares;
 use crate::stop::StopSignals;
 use crate::threads::{Gate, NO_HOST, Starter, start_all};
 use crate::timeline::{Host, Releases, Timeline};
+use crate::waiting::Waiting;
 use crate::watchdog::{Slot, Watchdog};
-use core::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
+use core::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use red_core::{Capacity, Instant, Scheduler, TaskId};
 use red_sync::{Exclusive, Request, SharedScheduler, TicketLock};
 use std::sync::Arc;
@@ -82,14 +82,14 @@ pub trait Control: Send + Sync {
 
 impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>> + Send + Sync> Control for Shared<C, H, L> {
     fn release(&self, producer: usize, task: TaskId) -> bool {
-        let now = self.now();
-        if now >= self.until_ns || self.stopping.load(Ordering::Acquire) {
+        let now = self.waiting.now();
+        if now >= self.until_ns || self.waiting.is_stopping() {
             return false;
         }
         let Some(post) = self.scheduler.producer(producer) else { return false };
         let request = Request { task, at: Instant::from_nanos(now), capture: None };
         let posted = post.push(request).is_ok();
-        self.knock();
+        self.waiting.knock();
         posted
     }
 }
@@ -148,30 +148,19 @@ where
     let shared = Arc::new(Shared::<C, H, L> {
         scheduler: SharedScheduler::new(*scheduler),
         host: TicketLock::new((Timeline::new(&releases, duration_ns), Some(host))),
-        seats: (0..lanes).map(|_| Seat::default()).collect(),
+        waiting: Waiting::new(lanes, if realtime { SPIN_NS } else { 0 }),
+        spares: Spares::default(),
         slots: slots.clone(),
-        stopping: AtomicBool::new(false),
-        knock: AtomicBool::new(false),
-        idle: AtomicU32::new(0),
-        keeper: AtomicU32::new(NOBODY),
-        wake_at: AtomicU64::new(u64::MAX),
-        jobs: AtomicU32::new(0),
         drained: AtomicBool::new(false),
         until_ns: duration_ns,
-        origin_ns: now_ns(),
-        spin_ns: if realtime { SPIN_NS } else { 0 },
         hung: AtomicU64::new(0),
-        lost: AtomicU32::new(0),
-        spared: AtomicU32::new(0),
     });
     let watched = shared.clone();
     let above = starter.mode.fifo(0).map(|f| Fifo { priority: f.priority + 1, ..f });
     let watchdog = Watchdog::start(slots, above, move |lane, _expiry| {
         watched.hung.fetch_add(1, Ordering::Relaxed);
-        watched.seats[lane].overdue.store(true, Ordering::Release);
-        // Some lane fails the job; where none is left, the spare does it.
-        watched.lost.fetch_or(1 << lane, Ordering::AcqRel);
-        watched.knock();
+        watched.spares.lose(lane, &watched.waiting.seats[lane]);
+        watched.waiting.knock();
     });
     let watchdog = watchdog.inspect_err(|_| starter.let_through(Gate::Cancelled))?;
     started(shared.clone());
@@ -184,28 +173,25 @@ where
         |now: u64| shared.drained.load(Ordering::Relaxed) || now >= duration_ns.saturating_add(drain_ns);
     while signals.requested().is_none() && !is_over(now) {
         let _woken = signals.bell().wait(Some(now_ns() + PROGRESS_NS), 0);
-        now = shared.now();
+        now = shared.waiting.now();
         progress(now);
-        let mut lost = shared.lost.swap(0, Ordering::AcqRel);
+        let mut lost = shared.spares.take_lost();
         while lost != 0 {
             let lane = lost.trailing_zeros() as usize;
             lost &= lost - 1;
             threads += 1;
-            shared.seats[lane].threads.store(threads, Ordering::Release);
-            // Before its first turn, which retires the lane for the hung body and then takes it over.
-            shared.spared.fetch_or(1 << lane, Ordering::AcqRel);
+            shared.spares.assign(lane, &shared.waiting.seats[lane], threads);
             match starter.start(lane, threads, None) {
                 Ok(spare) => running.push(spare),
                 Err(_) => {
-                    shared.spared.fetch_and(!(1 << lane), Ordering::AcqRel);
+                    shared.spares.withdraw(lane);
                     lanes_lost += 1;
                 }
             }
         }
     }
     let stopped_by = signals.requested().map(nix::sys::signal::Signal::as_str);
-    shared.stopping.store(true, Ordering::Release);
-    shared.seats.iter().for_each(|seat| seat.bell.ring());
+    shared.waiting.stop();
     let mut total = LaneFigures::new();
     let mut busy_ns = vec![0; lanes];
     for thread in &running {

@@ -15,8 +15,8 @@
 
 use crate::bell::{Bell, Woken};
 use crate::handler::Work;
+use crate::primitive::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use crate::sleeper::Sleeper;
-use core::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use red_core::{NodeId, UnitId};
 
 /// A lane's place. One thread at a time hands, and not before the unit of the time before was reported; only
@@ -104,6 +104,11 @@ impl Seat {
     pub(crate) fn discard(&self) {
         // Acquire: partner of the Release in `take`.
         self.own.taken.swap(self.unit.load(Ordering::Relaxed), Ordering::AcqRel);
+    }
+
+    /// Whether the lane still belongs to the thread of this number.
+    pub(crate) fn is_of(&self, thread: u64) -> bool {
+        self.threads.load(Ordering::Acquire) == thread
     }
 
     /// The lane gave itself a unit.

@@ -1,0 +1,209 @@
+//! How lanes wait: one keeps the time, and none sleeps while there is something to do.
+//!
+//! # Protocol
+//!
+//! One idle lane at a time keeps the time: it sleeps until the next release, tick or edit. The others sleep on
+//! their bells. A lane that leaves for work rings another idle one, so that the time is kept whenever a lane is
+//! free; while none is, every completion looks at the clock anyway.
+//!
+//! A request from outside is a knock and a ring for one of the idle lanes. Busy lanes look when they complete.
+
+use crate::bell::Woken;
+use crate::handler::Work;
+use crate::primitive::{AtomicBool, AtomicU32, AtomicU64, Ordering, now_ns};
+use crate::seat::Seat;
+use crate::sleeper::Sleeper;
+use red_core::UnitId;
+
+/// Nobody keeps the time.
+const NOBODY: u32 = u32::MAX;
+
+/// What a lane does next.
+pub(crate) enum Next {
+    /// From this time of the run on.
+    Run(UnitId, Work, u64),
+    Idle,
+    Leave,
+}
+
+/// What waiting lanes share, and those that wake them.
+pub(crate) struct Waiting {
+    pub(crate) seats: Vec<Seat>,
+    pub(crate) origin_ns: u64,
+    spin_ns: u64,
+    stopping: AtomicBool,
+    /// A request was posted from outside.
+    knock: AtomicBool,
+    /// Lanes that wait, a bit each.
+    idle: AtomicU32,
+    /// The idle lane that keeps the time.
+    keeper: AtomicU32,
+    /// Next instant of the clock, since the start.
+    wake_at: AtomicU64,
+    jobs: AtomicU32,
+}
+
+impl Waiting {
+    /// Lanes that spin so long before they sleep; the run starts now.
+    pub(crate) fn new(lanes: usize, spin_ns: u64) -> Self {
+        Self {
+            seats: (0..lanes).map(|_| Seat::default()).collect(),
+            origin_ns: now_ns(),
+            spin_ns,
+            stopping: AtomicBool::new(false),
+            knock: AtomicBool::new(false),
+            idle: AtomicU32::new(0),
+            keeper: AtomicU32::new(NOBODY),
+            wake_at: AtomicU64::new(u64::MAX),
+            jobs: AtomicU32::new(0),
+        }
+    }
+
+    /// Nanoseconds since the start of the run.
+    pub(crate) fn now(&self) -> u64 {
+        now_ns().saturating_sub(self.origin_ns)
+    }
+
+    /// Asks all lanes to leave.
+    pub(crate) fn stop(&self) {
+        self.stopping.store(true, Ordering::Release);
+        self.seats.iter().for_each(|seat| seat.bell.ring());
+    }
+
+    /// Whether a stop was asked for.
+    pub(crate) fn is_stopping(&self) -> bool {
+        self.stopping.load(Ordering::Acquire)
+    }
+
+    /// When the clock brings something next, and how many jobs are in flight. To be called under the scheduler's
+    /// lock, so that an older answer never replaces a newer one. Whether that instant came nearer: then
+    /// [`Self::ring_keeper`] has to follow.
+    pub(crate) fn plan(&self, wake_at: u64, jobs: usize) -> bool {
+        self.jobs.store(jobs as u32, Ordering::Relaxed);
+        wake_at < self.wake_at.swap(wake_at, Ordering::AcqRel)
+    }
+
+    /// Sleeps until there is a unit, the clock says so, or the run ends. `turn` is one turn with the scheduler.
+    pub(crate) fn wait(
+        &self,
+        lane: usize,
+        thread: u64,
+        sleeper: &mut Sleeper,
+        mut turn: impl FnMut() -> Next,
+    ) -> Next {
+        let seat = &self.seats[lane];
+        self.goes_idle(lane);
+        let next = loop {
+            // First, so that what was handed to a lane that had not begun it is left when a stop is asked for.
+            if self.is_stopping() {
+                break Next::Leave;
+            }
+            if let Some((unit, work)) = seat.take() {
+                break Next::Run(unit, work, self.now());
+            }
+            if !seat.is_of(thread) {
+                break Next::Leave;
+            }
+            if !self.knocked() {
+                let keeps = self.keep(lane);
+                let wake = self.wake_at.load(Ordering::Acquire);
+                let until = (keeps && wake != u64::MAX).then(|| self.origin_ns.saturating_add(wake));
+                // Units come from lanes that run some: without a job in flight, there is nothing to spin for.
+                let spin_ns = if self.jobs.load(Ordering::Relaxed) == 0 { 0 } else { self.spin_ns };
+                if seat.sleep(sleeper, until, spin_ns) == Woken::Rung {
+                    continue;
+                }
+                // What the turn at `wake` needs has left the caches while others ran. A turn now, in the lead
+                // that would be spun anyway, brings it back.
+                match turn() {
+                    Next::Idle if self.wake_at.load(Ordering::Relaxed) != wake => continue,
+                    Next::Idle => {}
+                    other => break other,
+                }
+                if until.is_some_and(|at_ns| seat.spin(at_ns) == Woken::Rung) {
+                    continue;
+                }
+            }
+            self.leaves_idle(lane);
+            match turn() {
+                Next::Idle => self.goes_idle(lane),
+                other => break other,
+            }
+        };
+        self.leaves_idle(lane);
+        self.pass_on(lane);
+        next
+    }
+
+    /// The next instant moved: the keeper must look again.
+    pub(crate) fn ring_keeper(&self, me: usize) {
+        let keeper = self.keeper.load(Ordering::Acquire);
+        match self.seats.get(keeper as usize) {
+            Some(seat) if keeper as usize != me => seat.bell.ring(),
+            Some(_) => {}
+            None => self.pass_on(me),
+        }
+    }
+
+    /// Rings a lane that waits, so that it takes a posted request; busy lanes look when they complete.
+    pub(crate) fn knock(&self) {
+        // SeqCst: either a lane that goes idle sees this, or its bit is seen below; as in `pass_on`.
+        self.knock.store(true, Ordering::SeqCst);
+        self.ring_idle(u32::MAX);
+    }
+
+    /// Whether somebody knocked since the last call.
+    fn knocked(&self) -> bool {
+        self.knock.load(Ordering::SeqCst) && self.knock.swap(false, Ordering::AcqRel)
+    }
+
+    /// The lane waits: who has something for any lane may ring it.
+    fn goes_idle(&self, lane: usize) {
+        // SeqCst, as all that follows it in `wait`: see `pass_on` and `knock`.
+        self.idle.fetch_or(1 << lane, Ordering::SeqCst);
+    }
+
+    /// The lane has something to do.
+    fn leaves_idle(&self, lane: usize) {
+        self.idle.fetch_and(!(1 << lane), Ordering::AcqRel);
+    }
+
+    /// Whether this lane keeps the time; it becomes the keeper if nobody is.
+    fn keep(&self, lane: usize) -> bool {
+        // Looked at first, because an exchange that fails takes the line from the others too.
+        let keeper = match self.keeper.load(Ordering::SeqCst) {
+            NOBODY => {
+                let place = &self.keeper;
+                match place.compare_exchange(NOBODY, lane as u32, Ordering::SeqCst, Ordering::SeqCst) {
+                    Ok(_) => lane as u32,
+                    Err(other) => other,
+                }
+            }
+            keeper => keeper,
+        };
+        keeper == lane as u32
+    }
+
+    /// Gives up keeping the time; another idle lane is rung to take it.
+    fn pass_on(&self, me: usize) {
+        // Only the keeper itself gives its place up.
+        let keeper = self.keeper.load(Ordering::Acquire);
+        if keeper == me as u32 {
+            // SeqCst, here and in `ring_idle`: a lane that goes idle sets its bit and then looks for a keeper, this
+            // lane gives the place up and then looks at the bits. In the one order of all four, either that lane
+            // finds the place free or this one finds its bit.
+            self.keeper.store(NOBODY, Ordering::SeqCst);
+        }
+        if keeper == me as u32 || keeper == NOBODY {
+            self.ring_idle(!(1 << me));
+        }
+    }
+
+    /// Rings one of the lanes that wait.
+    fn ring_idle(&self, among: u32) {
+        let idle = self.idle.load(Ordering::SeqCst) & among;
+        if let Some(seat) = self.seats.get(idle.trailing_zeros() as usize) {
+            seat.bell.ring();
+        }
+    }
+}
