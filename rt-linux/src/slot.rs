@@ -20,7 +20,7 @@ const FREE: u64 = 0;
 const CLAIMED: u64 = u64::MAX;
 const PASSED: u64 = u64::MAX - 1;
 /// The latest deadline that can be told from the states.
-pub(crate) const LATEST: u64 = u64::MAX - 2;
+pub const LATEST: u64 = u64::MAX - 2;
 
 /// What one lane shows the watchdog. No system calls.
 #[derive(Debug, Default)]
@@ -54,7 +54,7 @@ impl Slot {
     }
 
     /// Makes the thread of this number the one to demote. Once per lane, before it arms.
-    pub(crate) fn adopt_thread(&self, thread: i32) {
+    pub fn adopt_thread(&self, thread: i32) {
         self.thread.store(thread, Ordering::Relaxed);
     }
 
@@ -80,23 +80,23 @@ impl Slot {
     }
 
     /// Whether a body is running that was found beyond its bound.
-    pub(crate) fn has_passed(&self) -> bool {
+    pub fn has_passed(&self) -> bool {
         matches!(self.deadline_ns.load(Ordering::Relaxed), CLAIMED | PASSED)
     }
 
     /// The deadline, if a body is running and has not passed it yet.
-    pub(crate) fn deadline(&self) -> Option<u64> {
+    pub fn deadline(&self) -> Option<u64> {
         Some(self.deadline_ns.load(Ordering::Relaxed)).filter(|deadline| (1..=LATEST).contains(deadline))
     }
 
     /// Takes the slot of a body whose `deadline` has passed, unless it returned meanwhile.
-    pub(crate) fn claim(&self, deadline: u64) -> bool {
+    pub fn claim(&self, deadline: u64) -> bool {
         // Acquire: partner of the Release in `arm`.
         self.deadline_ns.compare_exchange(deadline, CLAIMED, Ordering::Acquire, Ordering::Relaxed).is_ok()
     }
 
     /// Ends a claim, after `act` on the thread, which cannot have ended: it would have waited in `disarm`.
-    pub(crate) fn expire<R>(&self, act: impl FnOnce(i32) -> R) -> R {
+    pub fn expire<R>(&self, act: impl FnOnce(i32) -> R) -> R {
         let result = act(self.thread.load(Ordering::Relaxed));
         // Release: partner of the Acquire in `disarm`.
         self.deadline_ns.store(PASSED, Ordering::Release);

@@ -16,7 +16,7 @@ use crate::seat::Seat;
 
 /// Lanes between their threads, a bit each.
 #[derive(Debug, Default)]
-pub(crate) struct Spares {
+pub struct Spares {
     /// Their threads are lost: for the control thread.
     lost: AtomicU32,
     /// They got a spare: for its first turn.
@@ -26,37 +26,37 @@ pub(crate) struct Spares {
 impl Spares {
     /// The lane's body ran past its bound. A knock has to follow: some lane fails the job; where none is left, the
     /// spare does it.
-    pub(crate) fn lose(&self, lane: usize, seat: &Seat) {
+    pub fn lose(&self, lane: usize, seat: &Seat) {
         seat.overdue.store(true, Ordering::Release);
         self.lost.fetch_or(1 << lane, Ordering::AcqRel);
     }
 
     /// Whether the seat's body ran past its bound, once. To be called under the scheduler's lock.
-    pub(crate) fn finds_overdue(&self, seat: &Seat) -> bool {
+    pub fn finds_overdue(&self, seat: &Seat) -> bool {
         // Relaxed first: the flag is hardly ever set.
         seat.overdue.load(Ordering::Relaxed) && seat.overdue.swap(false, Ordering::AcqRel)
     }
 
     /// The lanes that lost their threads since the last call.
-    pub(crate) fn take_lost(&self) -> u32 {
+    pub fn take_lost(&self) -> u32 {
         self.lost.swap(0, Ordering::AcqRel)
     }
 
     /// The lane belongs to a thread of this number from now on, which is started next.
-    pub(crate) fn assign(&self, lane: usize, seat: &Seat, thread: u64) {
+    pub fn assign(&self, lane: usize, seat: &Seat, thread: u64) {
         seat.threads.store(thread, Ordering::Release);
         // Before its first turn, which retires the lane for the hung body and then takes it over.
         self.spared.fetch_or(1 << lane, Ordering::AcqRel);
     }
 
     /// That thread could not be started.
-    pub(crate) fn withdraw(&self, lane: usize) {
+    pub fn withdraw(&self, lane: usize) {
         self.spared.fetch_and(!(1 << lane), Ordering::AcqRel);
     }
 
     /// Whether this thread takes its lane over now, so that the lane has to be restored. To be called under the
     /// scheduler's lock, after the lanes that are overdue were retired.
-    pub(crate) fn takes_over(&self, lane: usize, seat: &Seat, thread: u64) -> bool {
+    pub fn takes_over(&self, lane: usize, seat: &Seat, thread: u64) -> bool {
         let bit = 1 << lane;
         // Acquire: the bit is set after the thread was. The thread that hung may come here too; it would take over
         // before the lane was retired.

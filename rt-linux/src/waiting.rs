@@ -19,17 +19,23 @@ use red_core::UnitId;
 const NOBODY: u32 = u32::MAX;
 
 /// What a lane does next.
-pub(crate) enum Next {
+#[derive(Debug)]
+pub enum Next {
     /// From this time of the run on.
     Run(UnitId, Work, u64),
+    /// Wait until there is something.
     Idle,
+    /// The run ends, or the lane has another thread.
     Leave,
 }
 
 /// What waiting lanes share, and those that wake them.
-pub(crate) struct Waiting {
-    pub(crate) seats: Vec<Seat>,
-    pub(crate) origin_ns: u64,
+#[derive(Debug)]
+pub struct Waiting {
+    /// The lanes' places.
+    pub seats: Vec<Seat>,
+    /// Start of the run, in nanoseconds of `CLOCK_MONOTONIC`.
+    pub origin_ns: u64,
     spin_ns: u64,
     stopping: AtomicBool,
     /// A request was posted from outside.
@@ -45,7 +51,8 @@ pub(crate) struct Waiting {
 
 impl Waiting {
     /// Lanes that spin so long before they sleep; the run starts now.
-    pub(crate) fn new(lanes: usize, spin_ns: u64) -> Self {
+    #[must_use]
+    pub fn new(lanes: usize, spin_ns: u64) -> Self {
         Self {
             seats: (0..lanes).map(|_| Seat::default()).collect(),
             origin_ns: now_ns(),
@@ -60,31 +67,31 @@ impl Waiting {
     }
 
     /// Nanoseconds since the start of the run.
-    pub(crate) fn now(&self) -> u64 {
+    pub fn now(&self) -> u64 {
         now_ns().saturating_sub(self.origin_ns)
     }
 
     /// Asks all lanes to leave.
-    pub(crate) fn stop(&self) {
+    pub fn stop(&self) {
         self.stopping.store(true, Ordering::Release);
         self.seats.iter().for_each(|seat| seat.bell.ring());
     }
 
     /// Whether a stop was asked for.
-    pub(crate) fn is_stopping(&self) -> bool {
+    pub fn is_stopping(&self) -> bool {
         self.stopping.load(Ordering::Acquire)
     }
 
     /// When the clock brings something next, and how many jobs are in flight. To be called under the scheduler's
     /// lock, so that an older answer never replaces a newer one. Whether that instant came nearer: then
     /// [`Self::ring_keeper`] has to follow.
-    pub(crate) fn plan(&self, wake_at: u64, jobs: usize) -> bool {
+    pub fn plan(&self, wake_at: u64, jobs: usize) -> bool {
         self.jobs.store(jobs as u32, Ordering::Relaxed);
         wake_at < self.wake_at.swap(wake_at, Ordering::AcqRel)
     }
 
     /// Sleeps until there is a unit, the clock says so, or the run ends. `turn` is one turn with the scheduler.
-    pub(crate) fn wait(
+    pub fn wait(
         &self,
         lane: usize,
         thread: u64,
@@ -136,7 +143,7 @@ impl Waiting {
     }
 
     /// The next instant moved: the keeper must look again.
-    pub(crate) fn ring_keeper(&self, me: usize) {
+    pub fn ring_keeper(&self, me: usize) {
         let keeper = self.keeper.load(Ordering::Acquire);
         match self.seats.get(keeper as usize) {
             Some(seat) if keeper as usize != me => seat.bell.ring(),
@@ -146,7 +153,7 @@ impl Waiting {
     }
 
     /// Rings a lane that waits, so that it takes a posted request; busy lanes look when they complete.
-    pub(crate) fn knock(&self) {
+    pub fn knock(&self) {
         // SeqCst: either a lane that goes idle sees this, or its bit is seen below; as in `pass_on`.
         self.knock.store(true, Ordering::SeqCst);
         self.ring_idle(u32::MAX);
