@@ -5,7 +5,7 @@ use crate::allocations::arm;
 use crate::handler::{Handler, Work};
 use crate::panics::{BodyPanic, caught};
 use crate::report::LaneFigures;
-use crate::setup::{Fifo, best_effort};
+use crate::setup::best_effort;
 use crate::shared::{DEPTH, Shared};
 use crate::sleeper::Sleeper;
 use crate::timeline::{Host, Timeline};
@@ -25,7 +25,6 @@ pub(crate) struct Lane<'a, C: Capacity, H, L: Exclusive<Scheduler<C>>> {
     pub(crate) number: usize,
     /// Which thread of this lane it is; a spare is a later one.
     pub(crate) thread: u64,
-    pub(crate) fifo: Option<Fifo>,
     pub(crate) figures: LaneFigures,
     pub(crate) handler: Box<dyn Handler>,
 }
@@ -50,7 +49,7 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
                     }
                 },
                 Next::Idle => {
-                    waiting.wait(self.number, self.thread, &mut sleeper, || self.session(None, waiting.now()))
+                    waiting.wait(self.number, &mut sleeper, || self.session(None, waiting.now()))
                 }
                 Next::Leave => break,
             };
@@ -60,8 +59,8 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
         self.figures.faults += used.minor_faults + used.major_faults;
     }
 
-    /// Runs a body under the watchdog. Whether it succeeded, and when it ended; `None` if the lane has got another
-    /// thread meanwhile.
+    /// Runs a body under the watchdog. Whether it succeeded, and when it ended; `None` if its bound has passed:
+    /// the lane gets another thread.
     fn execute(&mut self, work: &Work, start: u64) -> Option<(bool, u64)> {
         let shared = self.shared;
         self.figures.dispatched(start.saturating_sub(work.since_ns));
@@ -81,16 +80,13 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
         if let Err(message) = result {
             self.figures.panicked(BodyPanic { task: work.task, node: work.node, job: work.job, message });
         }
-        // Asked before and after, because the slot of a thread that was replaced is the spare's. Such a thread was
-        // demoted and must not take the lock: the spare would spin for it on the CPU that it needs.
-        let is_replaced = || !shared.waiting.seats[self.number].is_of(self.thread);
-        if is_replaced() {
+        // A thread whose bound has passed leaves, even if it could go on: its lane is retired, and gets a spare on the
+        // same seat. It was demoted and must not take the lock: the spare would spin for it on the CPU that it needs.
+        // Asked before, because the slot of a thread that was replaced is the spare's.
+        if !shared.waiting.seats[self.number].is_of(self.thread) {
             return None;
         }
-        let bound = shared.slots[self.number].disarm();
-        // The job was given up. The thread goes on, at its own priority again, until a spare has come.
-        let has_to_leave = bound == Bound::Passed && self.fifo.is_some_and(|fifo| fifo.apply().is_err());
-        if has_to_leave || is_replaced() {
+        if shared.slots[self.number].disarm() == Bound::Passed {
             return None;
         }
         Some((ok, end))

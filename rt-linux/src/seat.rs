@@ -70,7 +70,9 @@ impl Seat {
 
     /// The unit that was handed, once.
     pub fn take(&self) -> Option<(UnitId, Work)> {
-        let taken = self.own.taken.load(Ordering::Relaxed);
+        // Acquire: partner of the Release below. A thread that sees what another of its lane took must not see an older
+        // unit than that, which would look new.
+        let taken = self.own.taken.load(Ordering::Acquire);
         // Acquire: partner of the Release in `hand`.
         let unit = self.unit.load(Ordering::Acquire);
         if unit == taken {

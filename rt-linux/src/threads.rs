@@ -84,7 +84,7 @@ where
             let _bound = shared.slots[number].disarm();
             let sleeper = if fifo.is_some() { Sleeper::spinning() } else { Sleeper::yielding() };
             let figures = LaneFigures::new();
-            let mut lane = Lane { shared: &shared, number, thread, fifo, figures, handler };
+            let mut lane = Lane { shared: &shared, number, thread, figures, handler };
             lane.run(sleeper);
             let _told = finished.send(lane.figures);
         };

@@ -25,7 +25,7 @@ pub enum Next {
     Run(UnitId, Work, u64),
     /// Wait until there is something.
     Idle,
-    /// The run ends, or the lane has another thread.
+    /// The run ends.
     Leave,
 }
 
@@ -94,7 +94,6 @@ impl Waiting {
     pub fn wait(
         &self,
         lane: usize,
-        thread: u64,
         sleeper: &mut Sleeper,
         mut turn: impl FnMut() -> Next,
     ) -> Next {
@@ -107,9 +106,6 @@ impl Waiting {
             }
             if let Some((unit, work)) = seat.take() {
                 break Next::Run(unit, work, self.now());
-            }
-            if !seat.is_of(thread) {
-                break Next::Leave;
             }
             if !self.knocked() {
                 let keeps = self.keep(lane);
@@ -144,7 +140,9 @@ impl Waiting {
 
     /// The next instant moved: the keeper must look again.
     pub fn ring_keeper(&self, me: usize) {
-        let keeper = self.keeper.load(Ordering::Acquire);
+        // A read-modify-write that changes nothing, because a plain load may be older than the next keeper's claim.
+        // Release: partner of the Acquire in `keep`, so that a keeper that comes later has seen the instant.
+        let keeper = self.keeper.fetch_or(0, Ordering::Release);
         match self.seats.get(keeper as usize) {
             Some(seat) if keeper as usize != me => seat.bell.ring(),
             Some(_) => {}
@@ -154,34 +152,38 @@ impl Waiting {
 
     /// Rings a lane that waits, so that it takes a posted request; busy lanes look when they complete.
     pub fn knock(&self) {
-        // SeqCst: either a lane that goes idle sees this, or its bit is seen below; as in `pass_on`.
-        self.knock.store(true, Ordering::SeqCst);
+        // Release: partner of the Acquire in `knocked`. A read-modify-write, also when somebody knocked already: it
+        // continues the release sequence, so that who takes both knocks sees both requests.
+        self.knock.swap(true, Ordering::Release);
         self.ring_idle(u32::MAX);
     }
 
     /// Whether somebody knocked since the last call.
     fn knocked(&self) -> bool {
-        self.knock.load(Ordering::SeqCst) && self.knock.swap(false, Ordering::AcqRel)
+        // Acquire: partner of the Release in `knock`.
+        self.knock.load(Ordering::Relaxed) && self.knock.swap(false, Ordering::Acquire)
     }
 
     /// The lane waits: who has something for any lane may ring it.
     fn goes_idle(&self, lane: usize) {
-        // SeqCst, as all that follows it in `wait`: see `pass_on` and `knock`.
-        self.idle.fetch_or(1 << lane, Ordering::SeqCst);
+        // Acquire: partner of the Release in `ring_idle`.
+        self.idle.fetch_or(1 << lane, Ordering::Acquire);
     }
 
     /// The lane has something to do.
     fn leaves_idle(&self, lane: usize) {
-        self.idle.fetch_and(!(1 << lane), Ordering::AcqRel);
+        // Acquire: partner of the Release in `ring_idle`, for `pass_on`.
+        self.idle.fetch_and(!(1 << lane), Ordering::Acquire);
     }
 
     /// Whether this lane keeps the time; it becomes the keeper if nobody is.
     fn keep(&self, lane: usize) -> bool {
         // Looked at first, because an exchange that fails takes the line from the others too.
-        let keeper = match self.keeper.load(Ordering::SeqCst) {
+        let keeper = match self.keeper.load(Ordering::Relaxed) {
             NOBODY => {
                 let place = &self.keeper;
-                match place.compare_exchange(NOBODY, lane as u32, Ordering::SeqCst, Ordering::SeqCst) {
+                // Acquire: partner of the Release in `ring_keeper`.
+                match place.compare_exchange(NOBODY, lane as u32, Ordering::Acquire, Ordering::Relaxed) {
                     Ok(_) => lane as u32,
                     Err(other) => other,
                 }
@@ -191,24 +193,26 @@ impl Waiting {
         keeper == lane as u32
     }
 
-    /// Gives up keeping the time; another idle lane is rung to take it.
+    /// The lane does not wait any more: another idle one is rung for what this one does not do now.
     fn pass_on(&self, me: usize) {
         // Only the keeper itself gives its place up.
-        let keeper = self.keeper.load(Ordering::Acquire);
+        let keeper = self.keeper.load(Ordering::Relaxed);
         if keeper == me as u32 {
-            // SeqCst, here and in `ring_idle`: a lane that goes idle sets its bit and then looks for a keeper, this
-            // lane gives the place up and then looks at the bits. In the one order of all four, either that lane
-            // finds the place free or this one finds its bit.
-            self.keeper.store(NOBODY, Ordering::SeqCst);
+            // A read-modify-write, which continues the release sequence of `ring_keeper`.
+            self.keeper.swap(NOBODY, Ordering::Relaxed);
         }
-        if keeper == me as u32 || keeper == NOBODY {
+        // Who knocked may have rung this lane, which took a unit instead.
+        if keeper == me as u32 || keeper == NOBODY || self.knock.load(Ordering::Relaxed) {
             self.ring_idle(!(1 << me));
         }
     }
 
     /// Rings one of the lanes that wait.
     fn ring_idle(&self, among: u32) {
-        let idle = self.idle.load(Ordering::SeqCst) & among;
+        // A read-modify-write that changes nothing, so that it has its place in the one order of this word. A lane
+        // that goes idle afterwards sees what this thread wrote before, and looks for it; the bit of one that went
+        // idle before is seen here. Release: partner of the Acquire in `goes_idle` and `leaves_idle`.
+        let idle = self.idle.fetch_or(0, Ordering::Release) & among;
         if let Some(seat) = self.seats.get(idle.trailing_zeros() as usize) {
             seat.bell.ring();
         }
