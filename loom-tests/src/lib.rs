@@ -10,6 +10,7 @@
 pub mod atomics;
 pub mod ideal;
 pub mod kernel;
+pub mod lanes;
 pub mod model;
 mod primitive;
 

@@ -35,7 +35,7 @@ struct Locked {
 
 impl Host {
     /// The last lane's first turn hands lane 0 a unit, and whoever takes the request runs one itself.
-    fn turn(&self, me: usize, hands: bool) -> Next {
+    fn turn(&self, hands: bool) -> Next {
         let mut locked = self.locked.lock().unwrap();
         if self.waiting.is_stopping() || self.is_over.load(loom::sync::atomic::Ordering::Acquire) {
             return Next::Leave;
@@ -55,14 +55,14 @@ impl Host {
 
     fn lane(&self, me: usize, hands: bool) {
         let mut sleeper = Sleeper::yielding();
-        let mut next = self.turn(me, hands);
+        let mut next = self.turn(hands);
         loop {
             next = match next {
                 Next::Run(..) => {
                     self.locked.lock().unwrap().begun += 1;
-                    self.turn(me, false)
+                    self.turn(false)
                 }
-                Next::Idle => self.waiting.wait(me, &mut sleeper, || self.turn(me, false)),
+                Next::Idle => self.waiting.wait(me, &mut sleeper, || self.turn(false)),
                 Next::Leave => break,
             };
         }

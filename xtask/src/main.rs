@@ -1,5 +1,7 @@
 //! The tasks of this workspace: `cargo xtask --help`.
 
+mod loom;
+mod loom_mutants;
 mod process;
 mod report;
 mod steps;
@@ -22,6 +24,10 @@ usage: cargo xtask TASK
 
   test [STEP]...    every test there is, quick things first; STEPs: only these, --help lists them
   bench [ARG]...    what the scheduler costs beside its peers, measured now; --help tells the ARGs
+  loom [--deep] [MODEL]...
+                    explores the models of concurrency; --deep: three preemptions instead of two
+  loom --mutants [FILE]...
+                    weakens every memory ordering once, each of which a model has to catch
   models [--check]  writes the demo's networks; --check compares the committed ones with their generator
 
 example: cargo xtask test fmt clippy
@@ -61,6 +67,9 @@ fn main() -> ExitCode {
                 result => finish(result),
             }
         }
+        ["loom", "--mutants", ref files @ ..] => status(loom_mutants::run(&workspace, files)),
+        ["loom", "--deep", ref names @ ..] => status(loom::run(&workspace, true, names)),
+        ["loom", ref names @ ..] => status(loom::run(&workspace, false, names)),
         ["models", ref rest @ ..] if matches!(rest, [] | ["--check"]) => {
             finish(tools::python(&workspace).and_then(|python| python.generate(rest)))
         }
@@ -76,6 +85,10 @@ fn asks_for_help(words: &[&str]) -> bool {
 fn refuse(reason: &str) -> ExitCode {
     eprintln!("xtask: {reason}\n\n{HELP}");
     ExitCode::from(2)
+}
+
+fn status(result: Result<ExitCode, Failure>) -> ExitCode {
+    result.unwrap_or_else(|failure| finish::<()>(Err(failure)))
 }
 
 fn finish<T>(result: Result<T, Failure>) -> ExitCode {
