@@ -25,9 +25,7 @@
 //! arrow 3, it is what that arrow reads, and the waiter sees the write; after it, it finds `ASLEEP` and rings.
 //! Thus a hand-over between threads that are awake stores nothing in the bell, and nobody has to clear it.
 
-use core::hint::spin_loop;
-
-use crate::primitive::{AtomicU32, Ordering, constructor, futex_wait, futex_wake, now_ns};
+use crate::primitive::{AtomicU32, Ordering, constructor, futex_wait, futex_wake, now_ns, spin_loop};
 
 /// Looks at the word for one at the clock, while the end of a spin is [`LONG_NS`] away: a fraction of it even where
 /// a pause takes 50 ns.

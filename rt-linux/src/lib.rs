@@ -8,6 +8,8 @@
 //! | [`bell`] | a wake-up that makes no system call while nobody sleeps |
 //! | [`spin_lead`], [`sleeper`] | sleeping to an absolute time, with a final spin that calibrates itself |
 //! | [`seat`] | where a lane is handed its next unit: one cache line, that moves once |
+//! | [`waiting`] | how lanes wait: who keeps the time, who takes a request |
+//! | [`slot`], [`spares`] | the bound of a body, and who goes on when it has passed |
 //! | [`pi_lock`] | the priority-inheriting lock for threads that share a CPU |
 //! | [`setup`] | FIFO priority, pinning, locked memory, heap and idle-state settings |
 //! | [`placement`] | which CPUs the lanes get |
@@ -45,6 +47,8 @@ pub mod seat;
 pub mod setup;
 mod shared;
 pub mod sleeper;
+pub mod slot;
+pub mod spares;
 pub mod spin_lead;
 pub mod stop;
 mod supervision;
@@ -52,4 +56,5 @@ mod sys;
 mod threads;
 pub mod timeline;
 pub mod usage;
+pub mod waiting;
 pub mod watchdog;

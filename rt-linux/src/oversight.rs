@@ -44,7 +44,7 @@ pub(crate) struct Oversight<C: Capacity, H, L: Exclusive<Scheduler<C>>> {
 
 impl<C: Capacity, H, L: Exclusive<Scheduler<C>>> Oversight<C, H, L> {
     pub(crate) fn of(shared: Arc<Shared<C, H, L>>) -> Self {
-        let waiting = vec![None; shared.seats.len()];
+        let waiting = vec![None; shared.waiting.seats.len()];
         Self { shared, waiting }
     }
 }
@@ -63,17 +63,14 @@ where
     fn looked(&mut self, late_ns: u64) {
         let shared = &*self.shared;
         shared.standstills.note(late_ns);
-        for (seat, before) in shared.seats.iter().zip(&mut self.waiting) {
+        for (seat, before) in shared.waiting.seats.iter().zip(&mut self.waiting) {
             let waits = seat.waiting();
             if waits.is_some() && waits == *before {
                 seat.bell.rouse();
             }
             *before = waits;
         }
-        // Some looks late, as the ring for it may be under way. Relaxed: what is missed now is seen at the next look.
-        let is_due = shared.wake_at.load(Ordering::Relaxed) < shared.now().saturating_sub(STANDSTILL_NS);
-        if is_due || shared.knock.load(Ordering::Relaxed) {
-            shared.rouse_idle();
-        }
+        // Some looks late, as the ring for it may be under way.
+        shared.waiting.look_after(STANDSTILL_NS);
     }
 }

@@ -3,20 +3,20 @@
 use crate::allocations;
 use crate::clock::{now_ns, suspended_ns};
 use crate::handler::Handler;
-use crate::lane::NOBODY;
 use crate::oversight::{Oversight, Standstills};
 use crate::panics::keep_of_bodies;
 use crate::pi_lock::PiLock;
 use crate::report::{LaneFigures, RunReport};
-use crate::seat::Seat;
 use crate::setup::{self, Fifo, SetupError};
 use crate::shared::{Held, Shared};
+use crate::spares::Spares;
 use crate::stop::StopSignals;
 use crate::supervision::Supervision;
 use crate::threads::{Gate, NO_HOST, Starter, start_all};
 use crate::timeline::{Host, Releases, Timeline};
+use crate::waiting::Waiting;
 use crate::watchdog::{Slot, Watchdog};
-use core::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
+use core::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use red_core::{Capacity, Instant, Scheduler, TaskId};
 use red_record::{Recorded, Tape};
 use red_sync::{Exclusive, Request, SharedScheduler, TicketLock};
@@ -87,14 +87,14 @@ pub trait Control: Send + Sync {
 
 impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>> + Send + Sync> Control for Shared<C, H, L> {
     fn release(&self, producer: usize, task: TaskId) -> bool {
-        let now = self.now();
-        if now >= self.until_ns || self.stopping.load(Ordering::Acquire) {
+        let now = self.waiting.now();
+        if now >= self.until_ns || self.waiting.is_stopping() {
             return false;
         }
         let Some(post) = self.scheduler.producer(producer) else { return false };
         let request = Request { task, at: Instant::from_nanos(now), capture: None };
         let posted = post.push(request).is_ok();
-        self.knock();
+        self.waiting.knock();
         posted
     }
 }
@@ -157,22 +157,13 @@ where
             host: Some(host),
             tape,
         }),
-        seats: (0..lanes).map(|_| Seat::default()).collect(),
+        waiting: Waiting::new(lanes, if realtime { SPIN_NS } else { 0 }),
+        spares: Spares::default(),
         slots: slots.clone(),
-        stopping: AtomicBool::new(false),
-        knock: AtomicBool::new(false),
-        idle: AtomicU32::new(0),
-        keeper: AtomicU32::new(NOBODY),
-        wake_at: AtomicU64::new(u64::MAX),
-        jobs: AtomicU32::new(0),
         drained: AtomicBool::new(false),
         until_ns: duration_ns,
-        origin_ns: now_ns(),
-        spin_ns: if realtime { SPIN_NS } else { 0 },
         hung: AtomicU64::new(0),
         standstills: Standstills::default(),
-        lost: AtomicU32::new(0),
-        spared: AtomicU32::new(0),
     });
     let above = starter.mode.fifo(0).map(|f| Fifo { priority: f.priority + 1, ..f });
     let watchdog = Watchdog::start(slots, above, Oversight::of(shared.clone()));
@@ -186,14 +177,13 @@ where
         |now: u64| shared.drained.load(Ordering::Relaxed) || now >= duration_ns.saturating_add(drain_ns);
     while signals.requested().is_none() && supervision.gave_up.is_none() && !is_over(now) {
         let _woken = signals.bell().wait(Some(now_ns() + PROGRESS_NS), 0);
-        now = shared.now();
+        now = shared.waiting.now();
         progress(now);
         supervision.look();
     }
     let gave_up = supervision.gave_up;
     let stopped_by = signals.requested().map(nix::sys::signal::Signal::as_str);
-    shared.stopping.store(true, Ordering::Release);
-    shared.seats.iter().for_each(|seat| seat.bell.ring());
+    shared.waiting.stop();
     let mut total = LaneFigures::new();
     let mut busy_ns = vec![0; lanes];
     for thread in &supervision.running {

@@ -15,8 +15,8 @@
 
 use crate::bell::{Bell, Woken};
 use crate::handler::Work;
+use crate::primitive::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use crate::sleeper::Sleeper;
-use core::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use red_core::{NodeId, UnitId};
 
 /// A lane's place. One thread at a time hands, and not before the unit of the time before was reported; only
@@ -35,16 +35,17 @@ use red_core::{NodeId, UnitId};
 #[repr(C, align(128))]
 pub struct Seat {
     // The line of the hand-off: 64 bytes, written by who hands and read by the lane.
-    pub(crate) bell: Bell,
+    /// Wakes the lane.
+    pub bell: Bell,
     /// Task, node and output in 8, 8 and 16 bits.
     place: AtomicU32,
     unit: AtomicU64,
     times: [AtomicU64; 6],
     // What everybody reads and hardly anybody writes.
     /// The watchdog saw the body run past its bound.
-    pub(crate) overdue: AtomicBool,
+    pub overdue: AtomicBool,
     /// How often the lane got another thread.
-    pub(crate) threads: AtomicU64,
+    pub threads: AtomicU64,
     own: Own,
 }
 
@@ -69,7 +70,9 @@ impl Seat {
 
     /// The unit that was handed, once.
     pub fn take(&self) -> Option<(UnitId, Work)> {
-        let taken = self.own.taken.load(Ordering::Relaxed);
+        // Acquire: partner of the Release below. A thread that sees what another of its lane took must not see an older
+        // unit than that, which would look new.
+        let taken = self.own.taken.load(Ordering::Acquire);
         // Acquire: partner of the Release in `hand`.
         let unit = self.unit.load(Ordering::Acquire);
         if unit == taken {
@@ -108,19 +111,24 @@ impl Seat {
     }
 
     /// Whatever was handed so far is not to be run any more. To be called under the scheduler's lock.
-    pub(crate) fn discard(&self) {
+    pub fn discard(&self) {
         // Acquire: partner of the Release in `take`.
         self.own.taken.swap(self.unit.load(Ordering::Relaxed), Ordering::AcqRel);
     }
 
+    /// Whether the lane still belongs to the thread of this number.
+    pub fn is_of(&self, thread: u64) -> bool {
+        self.threads.load(Ordering::Acquire) == thread
+    }
+
     /// The lane gave itself a unit.
-    pub(crate) fn keep(&self, unit: UnitId) {
+    pub fn keep(&self, unit: UnitId) {
         self.own.kept.store(unit.to_bits(), Ordering::Relaxed);
     }
 
     /// The unit that the lane was last given, for whoever has to fail it when its body does not return. To be
     /// called under the scheduler's lock, under which both words are written.
-    pub(crate) fn running(&self) -> UnitId {
+    pub fn running(&self) -> UnitId {
         // The scheduler numbers units upwards, in the high bits.
         let (unit, kept) = (self.unit.load(Ordering::Relaxed), self.own.kept.load(Ordering::Relaxed));
         UnitId::from_bits(unit.max(kept))

@@ -1,7 +1,7 @@
 //! Sleeping to an absolute time.
 
 use crate::bell::{Bell, Woken};
-use crate::clock::now_ns;
+use crate::primitive::now_ns;
 use crate::spin_lead::SpinLead;
 
 /// The waits of one thread: on time where the thread has its CPU to itself, without spinning where it shares it.

@@ -1,7 +1,6 @@
 //! What a run looks after besides the work of its lanes, about ten times a second on an ordinary thread: a lane that
 //! lost its thread gets a spare, a pinned thread is where it was put, and a run that cannot go on gives up.
 
-use crate::lane::NOBODY;
 use crate::placement;
 use crate::report::Surrender;
 use crate::setup::Fifo;
@@ -9,7 +8,6 @@ use crate::shared::Shared;
 use crate::threads::{Started, Starter};
 use crate::timeline::Host;
 use crate::watchdog::Bound;
-use core::sync::atomic::Ordering;
 use nix::errno::Errno;
 use nix::unistd::Pid;
 use red_core::{Capacity, Scheduler};
@@ -54,7 +52,7 @@ where
     /// One look.
     pub(crate) fn look(&mut self) {
         for lane in 0..self.shared.slots.len() {
-            let Some(thread) = self.shared.slots[lane].thread() else {
+            let Some(thread) = self.shared.slots[lane].thread().map(Pid::from_raw) else {
                 // A spare is on its way, unless it ended before it was one.
                 let spare = self.running.iter().rfind(|thread| thread.lane == lane);
                 self.gone |= u32::from(spare.is_some_and(Started::never_began)) << lane;
@@ -67,8 +65,7 @@ where
                 Err(_) => {}
             }
         }
-        // AcqRel: partner of the same in `Shared::lose`.
-        let mut lost = self.shared.lost.swap(0, Ordering::AcqRel);
+        let mut lost = self.shared.spares.take_lost();
         while lost != 0 {
             let lane = lost.trailing_zeros() as usize;
             lost &= lost - 1;
@@ -89,10 +86,7 @@ where
     fn bury(&mut self, lane: usize) {
         let (shared, slot) = (&self.shared, &self.shared.slots[lane]);
         slot.forget();
-        shared.leaves_idle(lane);
-        // SeqCst: takes the place of the keeper's own store in `pass_on`.
-        let _kept = shared.keeper.compare_exchange(lane as u32, NOBODY, Ordering::SeqCst, Ordering::Relaxed);
-        shared.rouse_idle();
+        shared.waiting.bury(lane);
         self.threads_died += 1;
         // Unless the watchdog has said so already.
         if slot.disarm() == Bound::Kept {
@@ -117,20 +111,15 @@ where
     fn replace(&mut self, lane: usize) {
         let (shared, slot) = (&self.shared, &self.shared.slots[lane]);
         self.stuck.retain(|thread| placement::cpus_of(*thread).is_ok());
-        self.stuck.extend(slot.thread());
+        self.stuck.extend(slot.thread().map(Pid::from_raw));
         slot.forget();
         self.threads += 1;
-        // Release: partner of the Acquire in `Lane::execute` and `Lane::wait`.
-        shared.seats[lane].threads.store(self.threads, Ordering::Release);
-        // Before its first turn, which retires the lane for the hung body and then takes it over.
-        // AcqRel: partner of the Acquire in `Shared::take_over`.
-        shared.spared.fetch_or(1 << lane, Ordering::AcqRel);
+        shared.spares.assign(lane, &shared.waiting.seats[lane], self.threads);
         let may = self.stuck.len() <= MOST_STUCK;
         match may.then(|| self.starter.start(lane, self.threads, None)) {
             Some(Ok(spare)) => self.running.push(spare),
             Some(Err(_)) | None => {
-                // AcqRel: as above.
-                shared.spared.fetch_and(!(1 << lane), Ordering::AcqRel);
+                shared.spares.withdraw(lane);
                 self.gone |= 1 << lane;
             }
         }

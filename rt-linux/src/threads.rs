@@ -8,7 +8,6 @@ use crate::setup::{Fifo, SetupError, best_effort, prefault_stack};
 use crate::shared::Shared;
 use crate::sleeper::Sleeper;
 use crate::timeline::Host;
-use core::sync::atomic::Ordering;
 use red_core::{Capacity, Scheduler};
 use red_sync::Exclusive;
 use std::io;
@@ -85,8 +84,8 @@ where
             let _bound = shared.slots[number].disarm();
             let sleeper = if fifo.is_some() { Sleeper::spinning() } else { Sleeper::yielding() };
             let figures = LaneFigures::new();
-            let mut lane = Lane { shared: &shared, number, thread, fifo, figures, sleeper, handler };
-            lane.run();
+            let mut lane = Lane { shared: &shared, number, thread, figures, handler };
+            lane.run(sleeper);
             let _told = finished.send(lane.figures);
         };
         let builder = thread::Builder::new().name(format!("red-lane-{number}"));
@@ -141,8 +140,8 @@ impl Started {
                 Ok(figures) => return Some(figures),
                 Err(RecvTimeoutError::Disconnected) => return None,
                 Err(RecvTimeoutError::Timeout) => {
-                    let (seat, slot) = (&shared.seats[self.lane], &shared.slots[self.lane]);
-                    if seat.threads.load(Ordering::Relaxed) != self.thread || slot.has_passed() {
+                    let (seat, slot) = (&shared.waiting.seats[self.lane], &shared.slots[self.lane]);
+                    if !seat.is_of(self.thread) || slot.has_passed() {
                         return None;
                     }
                     looks = if slot.deadline().is_some() { 0 } else { looks + 1 };

@@ -11,25 +11,18 @@
 //!
 //! Under SCHED_FIFO a thread that spins on a lock whose holder it has preempted on the same CPU never returns. So a
 //! lane's CPU has no other contender. Hosts whose lanes share CPUs bring a priority-inheriting [`Exclusive`].
-#![cfg_attr(not(any(test, loom)), no_std)]
+#![cfg_attr(not(test), no_std)]
 #![deny(unsafe_code)]
 
+mod exclusive;
 mod handler;
 mod mailbox;
 mod primitive;
 mod shared;
 mod ticket_lock;
 
+pub use exclusive::Exclusive;
 pub use handler::{HandlerCell, HandlerState, TransitionError};
 pub use mailbox::{Mailbox, Post};
 pub use shared::{Request, Requests, SharedScheduler};
 pub use ticket_lock::TicketLock;
-
-/// Something that lets one caller at a time have a value.
-pub trait Exclusive<T> {
-    /// Wraps a value.
-    fn new(value: T) -> Self;
-
-    /// Runs `f` alone with the value.
-    fn with<R>(&self, f: impl FnOnce(&mut T) -> R) -> R;
-}

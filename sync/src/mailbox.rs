@@ -4,7 +4,7 @@
 //! *Rule.* The producer alone moves `head`, the consumer alone moves `tail`; a place belongs to the producer
 //! while head - tail < N, and to the consumer while it is not 0. A full box refuses; nothing is overwritten.
 
-use crate::primitive::{AtomicU8, AtomicU32, Cell, Ordering, constructor};
+use crate::primitive::{AtomicU8, AtomicU32, Cell, Ordering, constructor, empty_cells};
 
 /// A ring of `N` letters; `N` is a power of two.
 ///
@@ -22,7 +22,7 @@ pub struct Mailbox<T, const N: usize> {
     tail: AtomicU32,
     claimed: AtomicU8,
     reading: AtomicU8,
-    letters: Cell<[Option<T>; N]>,
+    letters: [Cell<Option<T>>; N],
 }
 
 /// The right to push: one at a time per mailbox. Dropping it gives it back.
@@ -44,7 +44,7 @@ impl<T, const N: usize> Mailbox<T, N> {
                 tail: AtomicU32::new(0),
                 claimed: AtomicU8::new(0),
                 reading: AtomicU8::new(0),
-                letters: Cell::new([const { None }; N]),
+                letters: empty_cells(),
             }
         }
     }
@@ -64,9 +64,9 @@ impl<T, const N: usize> Mailbox<T, N> {
         // Acquire: pairs with the Release in `push`, so that the letter is there.
         let mut letter = None;
         if self.head.load(Ordering::Acquire) != tail {
-            letter = self.letters.with_mut(|letters| {
+            letter = self.letters[tail as usize % N].with_mut(|place| {
                 // SAFETY: head != tail, so the place at `tail` is the consumer's until `tail` moves.
-                unsafe { (*letters)[tail as usize % N].take() }
+                unsafe { (*place).take() }
             });
             // Release: pairs with the Acquire in `push`, which may reuse the place.
             self.tail.store(tail.wrapping_add(1), Ordering::Release);
@@ -85,9 +85,9 @@ impl<T, const N: usize> Post<'_, T, N> {
         if head.wrapping_sub(mailbox.tail.load(Ordering::Acquire)) as usize >= N {
             return Err(letter);
         }
-        mailbox.letters.with_mut(|letters| {
+        mailbox.letters[head as usize % N].with_mut(|place| {
             // SAFETY: head - tail < N, so the place at `head` is the producer's until `head` moves.
-            unsafe { (*letters)[head as usize % N] = Some(letter) };
+            unsafe { *place = Some(letter) };
         });
         // Release: pairs with the Acquire in `pop`.
         mailbox.head.store(head.wrapping_add(1), Ordering::Release);

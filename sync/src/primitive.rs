@@ -1,42 +1,36 @@
-//! Atomics, the cell and the spin hint: the real ones, or those of the model checker. The only file that knows.
+//! What the synchronizers are made of: atomics, the cell and the spin hint, taken from here and from nowhere else, so
+//! that a model checker drives the very same files over its own version of this module.
 
-#[cfg(not(loom))]
-mod chosen {
-    pub(crate) use core::hint::spin_loop as spin;
-    pub(crate) use core::sync::atomic::{AtomicU8, AtomicU32, Ordering};
+pub(crate) use core::hint::spin_loop;
+pub(crate) use core::sync::atomic::{AtomicU8, AtomicU32, Ordering};
 
-    /// A cell whose exclusive access the caller guarantees.
-    #[derive(Debug)]
-    pub(crate) struct Cell<T>(core::cell::UnsafeCell<T>);
+/// A cell whose exclusive access the caller guarantees.
+#[derive(Debug)]
+pub(crate) struct Cell<T>(core::cell::UnsafeCell<T>);
 
-    impl<T> Cell<T> {
-        pub(crate) const fn new(value: T) -> Self {
-            Self(core::cell::UnsafeCell::new(value))
-        }
+impl<T> Cell<T> {
+    pub(crate) const fn new(value: T) -> Self {
+        Self(core::cell::UnsafeCell::new(value))
+    }
 
-        /// Runs `f` with a pointer to the value; the model checker sees one write access.
-        #[inline(always)]
-        pub(crate) fn with_mut<R>(&self, f: impl FnOnce(*mut T) -> R) -> R {
-            f(self.0.get())
-        }
+    /// Runs `f` with a pointer to the value; the model checker sees one write access.
+    #[inline(always)]
+    pub(crate) fn with_mut<R>(&self, f: impl FnOnce(*mut T) -> R) -> R {
+        f(self.0.get())
     }
 }
 
-#[cfg(loom)]
-mod chosen {
-    pub(crate) use loom::cell::UnsafeCell as Cell;
-    pub(crate) use loom::sync::atomic::{AtomicU8, AtomicU32, Ordering};
-    /// The checker's scheduler is unfair: a spin loop must give way.
-    pub(crate) use loom::thread::yield_now as spin;
+/// Cells with nothing in them.
+pub(crate) const fn empty_cells<T, const N: usize>() -> [Cell<Option<T>>; N] {
+    [const { Cell::new(None) }; N]
 }
 
-pub(crate) use chosen::{AtomicU8, AtomicU32, Cell, Ordering, spin};
-
-/// Constructors that are `const` where the primitives' are: the checker's are not.
+/// A `const` constructor. A macro, because the primitives of a model checker have no `const` one.
 macro_rules! constructor {
-    ($(#[$doc:meta])* $vis:vis fn $($rest:tt)*) => {
-        $(#[$doc])* #[cfg(not(loom))] #[must_use] $vis const fn $($rest)*
-        $(#[$doc])* #[cfg(loom)] #[must_use] $vis fn $($rest)*
+    ($(#[$attribute:meta])* $visibility:vis fn $($function:tt)*) => {
+        $(#[$attribute])*
+        #[must_use]
+        $visibility const fn $($function)*
     };
 }
 pub(crate) use constructor;

@@ -5,7 +5,7 @@
 //! contenders a waiter sees at most n - 1 critical sections, and each of those is bounded by the capacities.
 
 use crate::Exclusive;
-use crate::primitive::{AtomicU32, Cell, Ordering, constructor, spin};
+use crate::primitive::{AtomicU32, Cell, Ordering, constructor, spin_loop};
 
 /// A value behind a fair spin lock. Contenders must each have a CPU of their own; see the module.
 ///
@@ -34,6 +34,11 @@ impl<T> TicketLock<T> {
             Self { next: AtomicU32::new(0), serving: AtomicU32::new(0), value: Cell::new(value) }
         }
     }
+
+    /// Tickets drawn so far, modulo 2^32: who looks at this from inside sees whether others wait.
+    pub fn drawn(&self) -> u32 {
+        self.next.load(Ordering::Relaxed)
+    }
 }
 
 /// Serves the next ticket, also when the critical section panics.
@@ -59,7 +64,7 @@ impl<T> Exclusive<T> for TicketLock<T> {
         let ticket = self.next.fetch_add(1, Ordering::Relaxed);
         // Acquire: pairs with the Release of the holder before.
         while self.serving.load(Ordering::Acquire) != ticket {
-            spin();
+            spin_loop();
         }
         let _turn = Turn { serving: &self.serving, ticket };
         self.value.with_mut(|value| {

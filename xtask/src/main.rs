@@ -1,6 +1,8 @@
 //! The tasks of this workspace: `cargo xtask --help`.
 
 mod faults;
+mod loom;
+mod loom_mutants;
 mod process;
 mod report;
 mod steps;
@@ -25,6 +27,10 @@ usage: cargo xtask TASK
   faults            the fault table: each row's test is run, and the table printed
   bench [ARG]...    what the scheduler costs beside its peers, measured now; --help tells the ARGs
   soak [ARG]...     random workloads, edits and faults on real threads; --help tells the ARGs
+  loom [--deep] [MODEL]...
+                    explores the models of concurrency; --deep: three preemptions instead of two
+  loom --mutants [FILE]...
+                    weakens every memory ordering once, each of which a model has to catch
   models [--check]  writes the demo's networks; --check compares the committed ones with their generator
 
 example: cargo xtask test fmt clippy
@@ -66,6 +72,9 @@ fn main() -> ExitCode {
         }
         ["soak", ref rest @ ..] => finish(steps::soak(&workspace, rest)),
         ["faults"] => finish(faults::run(&workspace)),
+        ["loom", "--mutants", ref files @ ..] => status(loom_mutants::run(&workspace, files)),
+        ["loom", "--deep", ref names @ ..] => status(loom::run(&workspace, true, names)),
+        ["loom", ref names @ ..] => status(loom::run(&workspace, false, names)),
         ["models", ref rest @ ..] if matches!(rest, [] | ["--check"]) => {
             finish(tools::python(&workspace).and_then(|python| python.generate(rest)))
         }
@@ -81,6 +90,10 @@ fn asks_for_help(words: &[&str]) -> bool {
 fn refuse(reason: &str) -> ExitCode {
     eprintln!("xtask: {reason}\n\n{HELP}");
     ExitCode::from(2)
+}
+
+fn status(result: Result<ExitCode, Failure>) -> ExitCode {
+    result.unwrap_or_else(|failure| finish::<()>(Err(failure)))
 }
 
 fn finish<T>(result: Result<T, Failure>) -> ExitCode {

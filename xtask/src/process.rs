@@ -55,6 +55,39 @@ impl Run {
         self
     }
 
+    /// In another folder.
+    pub(crate) fn at(mut self, folder: &Path) -> Self {
+        self.0.current_dir(folder);
+        self
+    }
+
+    /// What it writes, to its standard error and then to its standard output, and whether it succeeded.
+    ///
+    /// # Errors
+    /// It cannot be started.
+    pub(crate) fn all_text(mut self) -> Result<(String, bool), Failure> {
+        let command = self.line();
+        let output = self.0.output().map_err(|reason| Failure::Start { command, reason })?;
+        let text = [output.stderr, output.stdout].concat();
+        Ok((String::from_utf8_lossy(&text).into_owned(), output.status.success()))
+    }
+
+    /// As [`Self::all_text`], of a program that has to succeed.
+    ///
+    /// # Errors
+    /// It cannot be started, or it fails; then it is printed what it wrote.
+    pub(crate) fn text(self) -> Result<String, Failure> {
+        let command = self.line();
+        println!("$ {command}");
+        match self.all_text()? {
+            (text, true) => Ok(text),
+            (text, false) => {
+                eprintln!("{text}");
+                Err(Failure::Wrong(format!("`{command}` failed")))
+            }
+        }
+    }
+
     /// Runs it for all to see, and counts the tests that it reports.
     ///
     /// # Errors

@@ -23,7 +23,11 @@ const STEPS: &[Step] = &[
         what: "core and synchronizers build for a microcontroller, with and without defmt",
         run: target,
     },
-    Step { name: "loom", what: "the synchronizers build with the model checker's primitives", run: loom },
+    Step {
+        name: "loom",
+        what: "models of the concurrency, every interleaving within bounds",
+        run: crate::loom::test,
+    },
     Step { name: "clippy", what: "no lint speaks, all targets and features", run: clippy },
     Step { name: "test", what: "unit, behaviour and documentation tests", run: test },
     Step {
@@ -73,13 +77,6 @@ fn target(workspace: &Workspace) -> Result<Tally, Failure> {
     let build = ["build", "--package", "red-sync", "--target", MICROCONTROLLER];
     workspace.cargo(&build).stream()?;
     workspace.cargo(&build).args(&["--features", "defmt"]).stream()
-}
-
-fn loom(workspace: &Workspace) -> Result<Tally, Failure> {
-    // A folder of its own: the flags would have everything built anew, and then again.
-    let folder = workspace.target.join("loom");
-    let check = ["check", "--package", "red-sync"];
-    workspace.cargo(&check).env("RUSTFLAGS", "--cfg loom").env("CARGO_TARGET_DIR", folder).stream()
 }
 
 fn clippy(workspace: &Workspace) -> Result<Tally, Failure> {

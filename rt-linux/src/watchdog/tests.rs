@@ -1,8 +1,9 @@
 use std::sync::{Arc, mpsc};
 use std::time::Duration;
 
-use super::{Bound, Expiry, LATEST, Slot, Watchdog};
+use super::{Bound, Expiry, Slot, Watchdog, expire};
 use crate::clock::now_ns;
+use crate::slot::LATEST;
 
 /// Long enough that reaching it means that the watchdog does not work.
 const FAR: Duration = Duration::from_secs(20);
@@ -57,7 +58,7 @@ fn disarming_waits_for_a_demotion_under_way() {
         slot.arm(5);
         assert!(slot.claim(5));
         std::thread::scope(|scope| {
-            let watchdog = scope.spawn(|| slot.expire(true));
+            let watchdog = scope.spawn(|| expire(&slot, true));
             assert_eq!(slot.disarm(), Bound::Passed);
             watchdog.join().expect("one call")
         })
@@ -69,10 +70,10 @@ fn disarming_waits_for_a_demotion_under_way() {
 fn a_demotion_that_the_kernel_refuses_is_told() {
     let slot = Slot::new();
     // No thread adopted it, and no thread has this number.
-    slot.thread.store(i32::MAX, std::sync::atomic::Ordering::Relaxed);
+    slot.adopt_thread(i32::MAX);
     slot.arm(5);
     assert!(slot.claim(5));
-    assert_eq!(slot.expire(true), Expiry::Refused(nix::errno::Errno::ESRCH));
+    assert_eq!(expire(&slot, true), Expiry::Refused(nix::errno::Errno::ESRCH));
     assert_eq!(slot.disarm(), Bound::Passed);
 }
 

@@ -1,0 +1,19 @@
+//! The modules `primitive` of `sync` and `rt-linux`, for the model checker: its atomics and cells, and a modelled
+//! kernel.
+
+pub(crate) use crate::atomics::{AtomicBool, AtomicI32, AtomicU8, AtomicU32, AtomicU64};
+pub(crate) use crate::kernel::{futex_wait, futex_wake, now_ns};
+pub(crate) use loom::cell::UnsafeCell as Cell;
+pub(crate) use loom::sync::atomic::Ordering;
+/// The checker's scheduler is unfair: a spin loop must give way.
+pub(crate) use loom::thread::{yield_now, yield_now as spin_loop};
+
+pub(crate) fn empty_cells<T, const N: usize>() -> [Cell<Option<T>>; N] {
+    std::array::from_fn(|_| Cell::new(None))
+}
+
+/// The checker's primitives have no `const` constructor.
+macro_rules! constructor {
+    ($($function:tt)*) => { $($function)* };
+}
+pub(crate) use constructor;

@@ -1,0 +1,138 @@
+//! *Claim.* A body that is found beyond its bound is failed once or completed once, never both; its lane is then
+//! restored once, for a spare; the thread that came back leaves, and only the spare takes what is handed next.
+//!
+//! *Threads.* The lane whose body is late, and the watchdog that becomes control thread and spare; then another lane
+//! that has a turn.
+//! *Bound.* None for two; few preemptions for three.
+//! *Sources.* `rt-linux/src/spares.rs`, `rt-linux/src/seat.rs`, `rt-linux/src/slot.rs`
+#![cfg(loom)]
+
+use loom::sync::Mutex;
+use loom::thread;
+use red_core::UnitId;
+use red_loom_tests::handler::Work;
+use red_loom_tests::model::explore;
+use red_loom_tests::seat::Seat;
+use red_loom_tests::slot::{Bound, Slot};
+use red_loom_tests::spares::Spares;
+use std::sync::Arc;
+
+const SPARE: u64 = 5;
+
+#[derive(Default)]
+struct Host {
+    seat: Seat,
+    slot: Slot,
+    spares: Spares,
+    locked: Mutex<Locked>,
+}
+
+/// What the scheduler knows of the lane, under its lock.
+#[derive(Default)]
+struct Locked {
+    completed: u32,
+    failed: u32,
+    restored: u32,
+    is_retired: bool,
+}
+
+fn unit(number: u64) -> UnitId {
+    UnitId::from_bits(number << 16)
+}
+
+impl Host {
+    /// Part of every turn: what ran beyond its bound is failed, and its lane retired.
+    fn fail_overdue(&self, locked: &mut Locked) {
+        if self.spares.finds_overdue(&self.seat) {
+            assert_eq!(self.seat.running(), unit(1), "another unit than the one that ran");
+            locked.failed += u32::from(locked.completed == 0);
+            locked.is_retired = true;
+        }
+    }
+
+    /// The lane's thread, from the start of the body on. Whether it goes on.
+    fn body_returns(&self, leaves: bool) -> bool {
+        if !self.seat.is_of(0) || self.slot.disarm() == Bound::Passed && leaves {
+            return false;
+        }
+        let mut locked = self.locked.lock().unwrap();
+        self.fail_overdue(&mut locked);
+        locked.completed += u32::from(locked.failed == 0);
+        true
+    }
+
+    /// Whether the watchdog finds the body beyond its bound.
+    fn watch(&self) -> bool {
+        let Some(deadline) = self.slot.deadline() else { return false };
+        let claimed = self.slot.claim(deadline);
+        if claimed {
+            self.slot.expire(|_| ());
+            self.spares.lose(0, &self.seat);
+        }
+        claimed
+    }
+
+    /// The control thread finds the lane lost, and the spare has its first turn.
+    fn replace(&self) {
+        assert_eq!(self.spares.take_lost(), 1);
+        assert_eq!(self.spares.take_lost(), 0, "lost once");
+        self.spares.assign(0, &self.seat, SPARE);
+        let mut locked = self.locked.lock().unwrap();
+        self.fail_overdue(&mut locked);
+        if self.spares.takes_over(0, &self.seat, SPARE) {
+            assert!(locked.is_retired, "restored before it was retired");
+            locked.is_retired = false;
+            locked.restored += 1;
+            self.seat.hand(unit(2), &Work::default());
+        }
+    }
+}
+
+fn is_replaced_once(threads: usize, leaves: bool) {
+    let host = Arc::new(Host::default());
+    host.seat.hand(unit(1), &Work::default());
+    assert!(host.seat.take().is_some());
+    host.slot.arm(1);
+    let watchdog = {
+        let host = host.clone();
+        thread::spawn(move || {
+            let is_lost = host.watch();
+            if is_lost {
+                host.replace();
+            }
+            is_lost
+        })
+    };
+    let other = (threads > 2).then(|| {
+        let host = host.clone();
+        thread::spawn(move || {
+            let mut locked = host.locked.lock().unwrap();
+            host.fail_overdue(&mut locked);
+        })
+    });
+    let goes_on = host.body_returns(leaves);
+    let late = if goes_on { host.seat.take() } else { None };
+    let is_lost = watchdog.join().unwrap();
+    other.into_iter().for_each(|other| other.join().unwrap());
+    let locked = host.locked.lock().unwrap();
+    assert!(late.is_none(), "the thread that was replaced took what was handed to its spare");
+    assert_eq!((goes_on, locked.completed), (!is_lost, u32::from(!is_lost)));
+    assert_eq!((locked.failed, locked.restored), (u32::from(is_lost), u32::from(is_lost)));
+    assert_eq!(host.seat.take().is_some(), is_lost, "the spare takes the next unit");
+}
+
+#[test]
+fn a_late_body_is_failed_once_and_its_lane_restored_once() {
+    explore(2, || is_replaced_once(2, true));
+}
+
+#[test]
+fn another_lane_may_fail_the_late_body() {
+    explore(3, || is_replaced_once(3, true));
+}
+
+#[test]
+#[should_panic]
+fn a_late_thread_that_goes_on_is_caught() {
+    explore(2, || is_replaced_once(2, false));
+}

@@ -1,0 +1,116 @@
+//! What a lane shows the watchdog: until when its body must have returned.
+//!
+//! # Life of a slot
+//!
+//! ```text
+//!            1 arm: one store              3 bound passed
+//!     FREE ───────────────────▶ deadline ─────────────────▶ CLAIMED
+//!      ▲                         │                             │ 4 thread demoted
+//!      ├─────────────────────────┘ 2 disarm in time            ▼
+//!      └──────────────────────────────────────────────────── PASSED
+//!                              5 disarm: the lane learns of it
+//! ```
+//!
+//! CLAIMED exists so that a body that returns just then waits for the demotion to be over: otherwise it could
+//! take its priority back first and lose it after.
+
+use crate::primitive::{AtomicI32, AtomicU64, Ordering, constructor, yield_now};
+
+const FREE: u64 = 0;
+const CLAIMED: u64 = u64::MAX;
+const PASSED: u64 = u64::MAX - 1;
+/// The latest deadline that can be told from the states.
+pub const LATEST: u64 = u64::MAX - 2;
+
+/// What one lane shows the watchdog. No system calls.
+#[derive(Debug, Default)]
+#[repr(align(128))]
+pub struct Slot {
+    deadline_ns: AtomicU64,
+    thread: AtomicI32,
+}
+
+/// Whether a body returned within its bound.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[must_use]
+pub enum Bound {
+    /// It did; nothing happened.
+    Kept,
+    /// It did not. A thread that was demoted takes its priority back with [`Fifo::apply`], which needs
+    /// `CAP_SYS_NICE` or a nice limit of 20: where that fails, let it end, and start another from a thread that
+    /// was not demoted.
+    ///
+    /// [`Fifo::apply`]: crate::setup::Fifo::apply
+    Passed,
+}
+
+impl Slot {
+    constructor! {
+        /// A slot of no lane yet.
+        #[must_use]
+        pub fn new() -> Self {
+            Self { deadline_ns: AtomicU64::new(FREE), thread: AtomicI32::new(0) }
+        }
+    }
+
+    /// Makes the thread of this number the one to demote. Once per lane, before it arms.
+    pub fn adopt_thread(&self, thread: i32) {
+        self.thread.store(thread, Ordering::Relaxed);
+    }
+
+    /// The thread that adopted the slot last, if it was not forgotten since.
+    pub fn thread(&self) -> Option<i32> {
+        Some(self.thread.load(Ordering::Relaxed)).filter(|thread| *thread != 0)
+    }
+
+    /// Until another thread adopts the slot it has none.
+    pub fn forget(&self) {
+        self.thread.store(0, Ordering::Relaxed);
+    }
+
+    /// The body that starts now must return before `deadline_ns` of `CLOCK_MONOTONIC`. One store.
+    pub fn arm(&self, deadline_ns: u64) {
+        // Release: partner of the Acquire in `claim`, so that the watchdog sees the thread of `adopt`.
+        self.deadline_ns.store(deadline_ns.clamp(1, LATEST), Ordering::Release);
+    }
+
+    /// The body returned. To be called on the adopted thread, also before that thread ends.
+    pub fn disarm(&self) -> Bound {
+        loop {
+            // Acquire: partner of the Release in `expire`, after which the policy is no longer touched.
+            match self.deadline_ns.fetch_update(Ordering::Relaxed, Ordering::Acquire, |deadline| {
+                (deadline != CLAIMED).then_some(FREE)
+            }) {
+                Ok(PASSED) => return Bound::Passed,
+                Ok(_) => return Bound::Kept,
+                // For the length of one system call, of a thread of higher priority.
+                Err(_) => yield_now(),
+            }
+        }
+    }
+
+    /// Whether a body is running that was found beyond its bound.
+    pub fn has_passed(&self) -> bool {
+        matches!(self.deadline_ns.load(Ordering::Relaxed), CLAIMED | PASSED)
+    }
+
+    /// The deadline, if a body is running and has not passed it yet.
+    pub fn deadline(&self) -> Option<u64> {
+        Some(self.deadline_ns.load(Ordering::Relaxed)).filter(|deadline| (1..=LATEST).contains(deadline))
+    }
+
+    /// Takes the slot of a body whose `deadline` has passed, unless it returned meanwhile.
+    pub fn claim(&self, deadline: u64) -> bool {
+        // Acquire: partner of the Release in `arm`.
+        self.deadline_ns.compare_exchange(deadline, CLAIMED, Ordering::Acquire, Ordering::Relaxed).is_ok()
+    }
+
+    /// Ends a claim, after `act` on the thread. It has not ended, for it would have waited in `disarm`; unless it was
+    /// killed, and then it may not be there.
+    pub fn expire<R>(&self, act: impl FnOnce(Option<i32>) -> R) -> R {
+        let result = act(self.thread());
+        // Release: partner of the Acquire in `disarm`.
+        self.deadline_ns.store(PASSED, Ordering::Release);
+        result
+    }
+}

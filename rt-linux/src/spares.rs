@@ -1,0 +1,72 @@
+//! Spares: how a lane whose body hung gets another thread.
+//!
+//! # Protocol
+//!
+//! ```text
+//! watchdog          lose: the seat is overdue, the lane is lost, and a knock
+//! a lane, locked    finds_overdue: fails the unit, retires the lane
+//! control thread    lost: numbers a spare, assigns the lane to it and starts it
+//! the spare, locked finds_overdue, then takes_over: what was handed is discarded, the lane is restored
+//! ```
+//!
+//! The thread that hung finds at any of its steps that the lane is not its own any more, and leaves.
+
+use crate::primitive::{AtomicU32, Ordering};
+use crate::seat::Seat;
+
+/// Lanes between their threads, a bit each.
+#[derive(Debug, Default)]
+pub struct Spares {
+    /// Their threads are lost: for the control thread.
+    lost: AtomicU32,
+    /// They got a spare: for its first turn.
+    spared: AtomicU32,
+}
+
+impl Spares {
+    /// The lane's body ran past its bound. A knock has to follow: some lane fails the job; where none is left, the
+    /// spare does it.
+    pub fn lose(&self, lane: usize, seat: &Seat) {
+        seat.overdue.store(true, Ordering::Release);
+        self.lost.fetch_or(1 << lane, Ordering::AcqRel);
+    }
+
+    /// Whether the seat's body ran past its bound, once. To be called under the scheduler's lock.
+    pub fn finds_overdue(&self, seat: &Seat) -> bool {
+        // Relaxed first: the flag is hardly ever set.
+        seat.overdue.load(Ordering::Relaxed) && seat.overdue.swap(false, Ordering::AcqRel)
+    }
+
+    /// The lanes that lost their threads since the last call.
+    pub fn take_lost(&self) -> u32 {
+        self.lost.swap(0, Ordering::AcqRel)
+    }
+
+    /// The lane belongs to a thread of this number from now on, which is started next.
+    pub fn assign(&self, lane: usize, seat: &Seat, thread: u64) {
+        seat.threads.store(thread, Ordering::Release);
+        // Before its first turn, which retires the lane for the hung body and then takes it over.
+        self.spared.fetch_or(1 << lane, Ordering::AcqRel);
+    }
+
+    /// That thread could not be started.
+    pub fn withdraw(&self, lane: usize) {
+        self.spared.fetch_and(!(1 << lane), Ordering::AcqRel);
+    }
+
+    /// Whether this thread takes its lane over now, so that the lane has to be restored. To be called under the
+    /// scheduler's lock, after the lanes that are overdue were retired.
+    pub fn takes_over(&self, lane: usize, seat: &Seat, thread: u64) -> bool {
+        let bit = 1 << lane;
+        // Acquire: the bit is set after the thread was. The thread that hung may come here too; it would take over
+        // before the lane was retired.
+        let takes =
+            self.spared.load(Ordering::Acquire) & bit != 0 && seat.threads.load(Ordering::Relaxed) == thread;
+        if takes {
+            self.spared.fetch_and(!bit, Ordering::AcqRel);
+            // The lane was retired, so this is the unit that was failed then, or one before it.
+            seat.discard();
+        }
+        takes
+    }
+}

@@ -1,0 +1,228 @@
+//! Runs the models of `loom-tests`, each in a process of its own, and says how far each was explored.
+
+use std::process::ExitCode;
+use std::sync::Mutex;
+use std::thread;
+
+use crate::process::{Failure, Run};
+use crate::report::Tally;
+use crate::workspace::Workspace;
+
+/// A model's own last word, which ends its process with success.
+const EXPLORED: &str = "explored";
+/// How the line of a model begins: see `loom-tests/src/model.rs`.
+const LINE: &str = "model ";
+/// All models together explore at least so much.
+const EXECUTIONS: u64 = 100_000;
+
+/// What is run.
+pub(crate) struct Models<'a> {
+    pub(crate) workspace: &'a Workspace,
+    /// Where `loom-tests` lies: in this workspace, or in a copy of it.
+    pub(crate) root: &'a std::path::Path,
+    /// Three preemptions instead of two.
+    pub(crate) deep: bool,
+}
+
+/// A test of a model: one that explores, or one with a planted fault, which the checker has to catch.
+#[derive(Clone, Debug)]
+pub(crate) struct Model {
+    binary: String,
+    pub(crate) family: String,
+    pub(crate) name: String,
+}
+
+impl Model {
+    /// Whether it has a planted fault, by its name.
+    pub(crate) fn is_planted(&self) -> bool {
+        self.name.ends_with("_is_caught")
+    }
+}
+
+/// How it went.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Verdict {
+    Explored,
+    Caught,
+    NotExplored,
+    Failed,
+}
+
+/// A row of the table.
+#[derive(Debug)]
+pub(crate) struct Row {
+    pub(crate) name: String,
+    pub(crate) verdict: Verdict,
+    /// Threads, bound, executions, seconds, and how it ended, in the model's words.
+    words: Vec<String>,
+    pub(crate) output: String,
+}
+
+impl Row {
+    /// Reads what a model printed.
+    pub(crate) fn read(model: &Model, output: String, succeeded: bool) -> Self {
+        let line = output.lines().rev().find_map(|line| line.strip_prefix(LINE));
+        let words: Vec<String> = line
+            .and_then(|line| line.split_once(": "))
+            .map(|(_, words)| words.split(", ").map(str::to_owned).collect())
+            .unwrap_or_default();
+        let is_explored = words.last().is_some_and(|word| word == EXPLORED);
+        let verdict = match (succeeded, is_explored) {
+            (true, true) => Verdict::Explored,
+            // No line: the planted fault ended the model, and the test expected that.
+            (true, false) => Verdict::Caught,
+            (false, _) if words.last().is_some_and(|word| word.starts_with("NOT EXPLORED")) => {
+                Verdict::NotExplored
+            }
+            (false, _) => Verdict::Failed,
+        };
+        Self { name: format!("{}: {}", model.family, model.name), verdict, words, output }
+    }
+
+    fn executions(&self) -> u64 {
+        self.words.get(2).and_then(|word| word.split(' ').next()?.parse().ok()).unwrap_or(0)
+    }
+
+    fn line(&self) -> String {
+        let word = |i: usize| self.words.get(i).map_or("", |word| word.split(' ').next_back().unwrap_or(""));
+        let (threads, bound) =
+            (self.words.first().map_or("", |w| w.split(' ').next().unwrap_or("")), word(1));
+        let seconds = self.words.get(3).map_or("", |w| w.trim_end_matches(" s"));
+        let verdict = match self.verdict {
+            Verdict::Explored => EXPLORED.to_owned(),
+            Verdict::Caught => "caught".to_owned(),
+            Verdict::NotExplored => self.words.last().cloned().unwrap_or_default(),
+            Verdict::Failed => "FAILED".to_owned(),
+        };
+        let executions = Some(self.executions()).filter(|n| *n > 0).map_or(String::new(), |n| n.to_string());
+        format!("{:<66} {threads:>7} {bound:>5} {executions:>10} {seconds:>7}  {verdict}", self.name)
+    }
+}
+
+/// The step of `cargo xtask test`: lints of what the checker builds, and all models.
+pub(crate) fn test(workspace: &Workspace) -> Result<Tally, Failure> {
+    let lints = ["clippy", "--package", "red-loom-tests", "--all-targets", "--profile", "loom", "--"];
+    let models = Models { workspace, root: &workspace.root, deep: false };
+    models.cargo(&lints).args(&["--deny", "warnings"]).stream()?;
+    let rows = models.run(&models.build(&[])?);
+    let explored: u64 = tell(&rows);
+    let failed = rows.iter().filter(|row| !row.verdict.is_good()).count();
+    if explored < EXECUTIONS {
+        return Err(Failure::Wrong(format!("{explored} executions in all; {EXECUTIONS} are wanted")));
+    }
+    Ok(Tally { passed: (rows.len() - failed) as u32, failed: failed as u32, ignored: 0 })
+}
+
+/// `cargo xtask loom [--deep] [MODEL]...`
+pub(crate) fn run(workspace: &Workspace, deep: bool, names: &[&str]) -> Result<ExitCode, Failure> {
+    let models = Models { workspace, root: &workspace.root, deep };
+    let chosen: Vec<Model> = models
+        .build(&[])?
+        .into_iter()
+        .filter(|model| {
+            names.is_empty() || names.iter().any(|n| model.family == *n || model.name.contains(n))
+        })
+        .collect();
+    if chosen.is_empty() {
+        return Err(Failure::Wrong(format!("no model of that name: {}", names.join(" "))));
+    }
+    let rows = models.run(&chosen);
+    tell(&rows);
+    let is_good = rows.iter().all(|row| row.verdict.is_good());
+    Ok(if is_good { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+impl Verdict {
+    pub(crate) fn is_good(self) -> bool {
+        matches!(self, Self::Explored | Self::Caught)
+    }
+}
+
+impl Models<'_> {
+    /// Cargo with the checker's flags, and a folder of its own for what it builds: the flags would have everything
+    /// built anew, and then again.
+    fn cargo(&self, arguments: &[&str]) -> Run {
+        let cargo = self.workspace.cargo(arguments).at(self.root);
+        cargo.env("RUSTFLAGS", "--cfg loom").env("CARGO_TARGET_DIR", self.workspace.target.join("loom"))
+    }
+
+    /// Builds the models of these families, all where none is named, and lists them.
+    ///
+    /// # Errors
+    /// They do not build.
+    pub(crate) fn build(&self, families: &[String]) -> Result<Vec<Model>, Failure> {
+        let arguments = ["test", "--package", "red-loom-tests", "--profile", "loom", "--no-run"];
+        let only: Vec<String> = families.iter().flat_map(|name| ["--test".into(), name.clone()]).collect();
+        let built = self.cargo(&arguments).args(&only).text()?;
+        let mut models = Vec::new();
+        for line in built.lines() {
+            // `Executable tests/bell.rs (…/bell-0123456789abcdef)`
+            let Some((_, rest)) = line.split_once("Executable tests/") else { continue };
+            let Some((family, binary)) = rest.split_once(".rs (") else { continue };
+            let binary = binary.trim_end_matches(')');
+            let list = self.workspace.command(binary).args(&["--list", "--format", "terse"]).output()?;
+            let names = list.lines().filter_map(|line| line.strip_suffix(": test"));
+            models.extend(names.map(|name| Model {
+                binary: binary.into(),
+                family: family.into(),
+                name: name.into(),
+            }));
+        }
+        Ok(models)
+    }
+
+    /// Runs models, as many at a time as there are CPUs. Rows come in the order of `models`.
+    pub(crate) fn run(&self, models: &[Model]) -> Vec<Row> {
+        let next = Mutex::new(models.iter().enumerate());
+        let rows = Mutex::new(Vec::new());
+        let threads = thread::available_parallelism().map_or(1, usize::from);
+        let work = || {
+            while let Some((number, model)) = next.lock().ok().and_then(|mut next| next.next()) {
+                let row = self.run_one(model);
+                println!("{}", row.line());
+                if let Ok(mut rows) = rows.lock() {
+                    rows.push((number, row));
+                }
+            }
+        };
+        thread::scope(|scope| (0..threads).for_each(|_| drop(scope.spawn(work))));
+        let mut rows = rows.into_inner().unwrap_or_default();
+        rows.sort_by_key(|(number, _)| *number);
+        rows.into_iter().map(|(_, row)| row).collect()
+    }
+
+    pub(crate) fn run_one(&self, model: &Model) -> Row {
+        let run = self.workspace.command(&model.binary).args(&["--exact", &model.name, "--nocapture"]);
+        let run = if self.deep { run.env("RED_LOOM_PREEMPTIONS", "3") } else { run };
+        match run.all_text() {
+            Ok((output, succeeded)) => Row::read(model, output, succeeded),
+            Err(failure) => Row::read(model, failure.to_string(), false),
+        }
+    }
+}
+
+/// Prints the table. Executions in all.
+fn tell(rows: &[Row]) -> u64 {
+    println!(
+        "\n{:<66} {:>7} {:>5} {:>10} {:>7}  verdict",
+        "model", "threads", "bound", "executions", "seconds"
+    );
+    rows.iter().for_each(|row| println!("{}", row.line()));
+    for row in rows.iter().filter(|row| row.verdict == Verdict::Failed) {
+        let why: Vec<&str> = row.output.lines().filter(|line| !line.starts_with("   ")).collect();
+        println!("\n{}\n{}", row.name, why.join("\n"));
+    }
+    let executions = rows.iter().filter(|row| row.verdict == Verdict::Explored).map(Row::executions).sum();
+    let count = |verdict| rows.iter().filter(|row| row.verdict == verdict).count();
+    println!(
+        "\n{} explored, {} planted faults caught, {} not explored, {} failed; {executions} executions",
+        count(Verdict::Explored),
+        count(Verdict::Caught),
+        count(Verdict::NotExplored),
+        count(Verdict::Failed)
+    );
+    executions
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,219 @@
+//! Weakens every memory ordering of the modelled files once, each of which a model has to catch: what is not caught is
+//! too strong, or not modelled.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use crate::loom::{Models, Verdict};
+use crate::process::Failure;
+use crate::workspace::{Workspace, entries};
+
+/// Folders whose orderings are looked at.
+const SOURCES: [&str; 2] = ["sync/src", "rt-linux/src"];
+/// Where the models are, whose heads name the files that they are about.
+const MODELS: &str = "loom-tests/tests";
+const HEAD: &str = "//! *Sources.*";
+/// What marks an ordering that matters only where a load takes effect after a later store, which the checker does not
+/// try: in the comment above it.
+const BEYOND: &str = "load buffering";
+
+/// One ordering, and a weaker one.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Mutant {
+    file: String,
+    line: usize,
+    /// Where the ordering's name begins and ends in the file.
+    at: (usize, usize),
+    strong: &'static str,
+    weak: &'static str,
+    is_beyond: bool,
+}
+
+/// What an ordering may be weakened to: one step, and by what it does in its place.
+const WEAKER: [(&str, &[&str]); 4] = [
+    ("Acquire", &["Relaxed"]),
+    ("Release", &["Relaxed"]),
+    ("AcqRel", &["Acquire", "Release"]),
+    ("SeqCst", &["Acquire", "Release", "AcqRel"]),
+];
+
+/// `cargo xtask loom --mutants [FILE]...`
+pub(crate) fn run(workspace: &Workspace, files: &[&str]) -> Result<ExitCode, Failure> {
+    let families = families(workspace)?;
+    let mut mutants = Vec::new();
+    let mut not_modelled = Vec::new();
+    for file in sources(workspace)? {
+        let found = mutants_of(&file, &read(&workspace.root.join(&file))?);
+        if families.iter().any(|(of, _)| *of == file) {
+            mutants.extend(found);
+        } else if !found.is_empty() {
+            not_modelled.push((file, found.len()));
+        }
+    }
+    mutants.retain(|mutant| files.is_empty() || files.iter().any(|file| mutant.file.contains(file)));
+    let copy = copy(workspace)?;
+    let models = Models { workspace, root: &copy, deep: false };
+    let (mut caught, mut beyond) = (0, 0);
+    for (number, mutant) in mutants.iter().enumerate() {
+        let belongs: Vec<String> =
+            families.iter().filter(|(of, _)| *of == mutant.file).map(|(_, family)| family.clone()).collect();
+        let verdict = try_one(&models, mutant, &belongs)?;
+        match &verdict {
+            Some(_) => caught += 1,
+            None if mutant.is_beyond => beyond += 1,
+            None => {}
+        }
+        let words = match verdict {
+            Some(model) => format!("caught by {model}"),
+            None if mutant.is_beyond => "kept: load buffering, which the checker does not try".into(),
+            None => "NOT CAUGHT".into(),
+        };
+        let Mutant { file, line, strong, weak, .. } = mutant;
+        println!("{:>3}/{} {file}:{line} {strong} -> {weak}: {words}", number + 1, mutants.len());
+    }
+    let orderings: usize = not_modelled.iter().map(|(_, count)| count).sum();
+    println!("\n{orderings} weakenings are of orderings that are not modelled");
+    not_modelled.iter().for_each(|(file, count)| println!("  {file}: {count}"));
+    let wanted = mutants.len() - beyond;
+    println!("\n{caught} of {wanted} caught; {beyond} beyond what the checker tries");
+    Ok(if caught == wanted { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// The model that fails with this mutant, if one does.
+fn try_one(models: &Models<'_>, mutant: &Mutant, families: &[String]) -> Result<Option<String>, Failure> {
+    let (path, original) = (models.root.join(&mutant.file), models.workspace.root.join(&mutant.file));
+    let text = read(&original)?;
+    let changed = format!("{}{}{}", &text[..mutant.at.0], mutant.weak, &text[mutant.at.1..]);
+    write(&path, &changed)?;
+    let mut caught = None;
+    for model in models.build(families)? {
+        let row = models.run_one(&model);
+        // A planted fault that is no longer told in the same words is no catch.
+        if row.verdict == Verdict::Failed && !model.is_planted() {
+            caught = Some(row.name);
+            break;
+        }
+    }
+    write(&path, &text)?;
+    Ok(caught)
+}
+
+/// Every weakening of the orderings that are no part of a comment, and that stand before the file's tests.
+pub(crate) fn mutants_of(file: &str, text: &str) -> Vec<Mutant> {
+    let mut found = Vec::new();
+    let (mut start, mut comment) = (0, String::new());
+    for (number, line) in text.split_inclusive('\n').enumerate() {
+        let code = line.split("//").next().unwrap_or_default();
+        if line.trim_start().starts_with("//") {
+            comment.push_str(line);
+        }
+        for (at, _) in code.match_indices("Ordering::") {
+            let name = at + "Ordering::".len();
+            let Some((strong, weaker)) = WEAKER.iter().find(|(strong, _)| {
+                code[name..].strip_prefix(strong).is_some_and(|rest| !rest.starts_with(char::is_alphanumeric))
+            }) else {
+                continue;
+            };
+            found.extend(weaker.iter().map(|weak| Mutant {
+                file: file.into(),
+                line: number + 1,
+                at: (start + name, start + name + strong.len()),
+                strong,
+                weak,
+                is_beyond: comment.contains(BEYOND),
+            }));
+        }
+        if code.trim_end().ends_with([';', '{', '}']) {
+            comment.clear();
+        }
+        start += line.len();
+    }
+    // An ordering may not be weaker than the call allows: stores do not acquire, loads do not release.
+    found.retain(|mutant| {
+        let call = text[..mutant.at.0].rfind(['.']).map_or("", |dot| &text[dot..mutant.at.0]);
+        !(call.starts_with(".store(") && mutant.weak == "Acquire"
+            || call.starts_with(".store(") && mutant.weak == "AcqRel"
+            || call.starts_with(".load(") && matches!(mutant.weak, "Release" | "AcqRel"))
+    });
+    found
+}
+
+/// Which models belong to which file, by what their heads say. Every file that they name is there.
+fn families(workspace: &Workspace) -> Result<Vec<(String, String)>, Failure> {
+    let mut families = Vec::new();
+    for path in entries(&workspace.root.join(MODELS))? {
+        let family = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let text = read(&path)?;
+        let head = text
+            .lines()
+            .find_map(|line| line.strip_prefix(HEAD))
+            .ok_or_else(|| Failure::Wrong(format!("{}: the head has no line `{HEAD}`", path.display())))?;
+        for file in head.split('`').skip(1).step_by(2) {
+            if !workspace.root.join(file).is_file() {
+                return Err(Failure::Wrong(format!("{MODELS}/{family}.rs names {file}, which is not there")));
+            }
+            families.push((file.to_owned(), family.clone()));
+        }
+    }
+    families.sort();
+    Ok(families)
+}
+
+/// Source files, tests left out.
+fn sources(workspace: &Workspace) -> Result<Vec<String>, Failure> {
+    let mut found = Vec::new();
+    for folder in SOURCES {
+        for path in entries(&workspace.root.join(folder))? {
+            let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            if name.ends_with(".rs") {
+                found.push(format!("{folder}/{name}"));
+            }
+        }
+    }
+    found.sort();
+    Ok(found)
+}
+
+/// A copy of the workspace's packages below the target folder, for changed sources.
+fn copy(workspace: &Workspace) -> Result<PathBuf, Failure> {
+    let copy = workspace.target.join("loom-mutants");
+    for path in entries(&workspace.root)? {
+        let name = path.file_name().unwrap_or_default();
+        let is_package = path.join("Cargo.toml").is_file();
+        let is_file = path.is_file() && (name == "Cargo.toml" || name == "Cargo.lock");
+        if is_package || is_file {
+            copy_all(&path, &copy.join(name))?;
+        }
+    }
+    Ok(copy)
+}
+
+fn copy_all(from: &Path, to: &Path) -> Result<(), Failure> {
+    if from.is_dir() {
+        fs::create_dir_all(to).map_err(|reason| failure(to, reason))?;
+        entries(from)?
+            .iter()
+            .try_for_each(|path| copy_all(path, &to.join(path.file_name().unwrap_or_default())))
+    } else if fs::read(from).ok() == fs::read(to).ok() {
+        // The same: its time stays, so that nothing is built anew for it.
+        Ok(())
+    } else {
+        fs::copy(from, to).map(drop).map_err(|reason| failure(to, reason))
+    }
+}
+
+fn read(path: &Path) -> Result<String, Failure> {
+    fs::read_to_string(path).map_err(|reason| failure(path, reason))
+}
+
+fn write(path: &Path, text: &str) -> Result<(), Failure> {
+    fs::write(path, text).map_err(|reason| failure(path, reason))
+}
+
+fn failure(path: &Path, reason: std::io::Error) -> Failure {
+    Failure::File { path: path.display().to_string(), reason }
+}
+
+#[cfg(test)]
+mod tests;
