@@ -3,7 +3,11 @@
 #[cfg(not(loom))]
 mod chosen {
     pub(crate) use core::hint::spin_loop as spin;
+    #[cfg(target_has_atomic = "32")]
     pub(crate) use core::sync::atomic::{AtomicU8, AtomicU32, Ordering};
+    // A processor without compare-and-swap does it inside the program's critical section.
+    #[cfg(not(target_has_atomic = "32"))]
+    pub(crate) use portable_atomic::{AtomicU8, AtomicU32, Ordering};
 
     /// A cell whose exclusive access the caller guarantees.
     #[derive(Debug)]

@@ -1,14 +1,18 @@
 //! The tasks of this workspace: `cargo xtask --help`.
 
+mod cross;
+mod depth;
 mod process;
 mod report;
 mod steps;
 mod tools;
+mod traces;
 mod workspace;
 
 use std::env;
 use std::process::ExitCode;
 
+use depth::Depth;
 use process::Failure;
 use workspace::Workspace;
 
@@ -20,7 +24,9 @@ Tasks of this workspace.
 
 usage: cargo xtask TASK
 
-  test [STEP]...    every test there is, quick things first; STEPs: only these, --help lists them
+  test [STEP]...    every test there is, quick things first; STEPs: only these, --help lists them; --deep: without
+                    the bounds that keep them short
+  traces [--count N]  the same random workloads on every target, compared byte for byte; default 100
   bench [ARG]...    what the scheduler costs beside its peers, measured now; --help tells the ARGs
   models [--check]  writes the demo's networks; --check compares the committed ones with their generator
 
@@ -47,9 +53,16 @@ fn main() -> ExitCode {
             print!("{BENCH_HELP}");
             ExitCode::SUCCESS
         }
-        ["test", ref names @ ..] => match steps::choose(names) {
-            Ok(chosen) => report::run(&workspace, &chosen),
-            Err(reason) => refuse(&reason),
+        ["test", ref words @ ..] => {
+            let (depth, names) = Depth::of(words);
+            match steps::choose(&names) {
+                Ok(chosen) => report::run(&workspace, &chosen, depth),
+                Err(reason) => refuse(&reason),
+            }
+        }
+        ["traces", ref rest @ ..] => match traces::count(rest) {
+            Some(count) => finish(traces::compare(&workspace, count)),
+            None => refuse("traces takes nothing, or --count N"),
         },
         ["bench", ref rest @ ..] => {
             let bench = ["run", "--release", "-p", "red-benches", "--"];

@@ -2,6 +2,8 @@
 
 use core::fmt;
 
+// Has the critical section.
+use cortex_m as _;
 use cortex_m_rt::entry;
 use semihosting::experimental::env;
 use semihosting::io::{self, Stdout, Write};

@@ -127,7 +127,8 @@ impl Host {
             source.next_ns += source.period_ns;
             let capture = self.rng.chance(20).then(|| now.as_nanos() / 2_000_000);
             // Now and then the host learns of a release late.
-            let late_ns = if self.rng.chance(10) { self.rng.within(0, now.as_nanos().min(300_000)) } else { 0 };
+            let late_ns =
+                if self.rng.chance(10) { self.rng.within(0, now.as_nanos().min(300_000)) } else { 0 };
             let at = Instant::from_nanos(now.as_nanos() - late_ns);
             let post = self.shared.producer(0).expect("nobody else posts");
             if let Err(lost) = post.push(Request { task: source.task, at, capture }) {

@@ -20,9 +20,31 @@ fn a_tie_broken_the_other_way_is_seen() {
 fn the_workloads_reach_what_they_claim() {
     let text = traces(100);
     let words = [
-        "edf", "red-fg", "red-ida", "red", "redrt", "Released", "Refused", "Started", "Completed", "Hit",
-        "Preempted", "Overran", "Ended", "Shed(Hopeless)", "Shed(Overload)", "Shed(Urgency)", "Shed(Late)",
-        "Shed(Fault)", "Edited", "Evicted", "Err(Stale)", "Err(Late)", "Err(Busy)", "Err(Full)", "Ok(())",
+        "edf",
+        "red-fg",
+        "red-ida",
+        "red",
+        "redrt",
+        "Released",
+        "Refused",
+        "Started",
+        "Completed",
+        "Hit",
+        "Preempted",
+        "Overran",
+        "Ended",
+        "Shed(Hopeless)",
+        "Shed(Overload)",
+        "Shed(Urgency)",
+        "Shed(Late)",
+        "Shed(Fault)",
+        "Edited",
+        "Evicted",
+        "Err(Stale)",
+        "Err(Late)",
+        "Err(Busy)",
+        "Err(Full)",
+        "Ok(())",
     ];
     for word in words {
         assert!(text.contains(word), "no {word} in 100 traces");
