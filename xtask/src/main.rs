@@ -1,5 +1,6 @@
 //! The tasks of this workspace: `cargo xtask --help`.
 
+mod aarch64;
 mod cross;
 mod depth;
 mod process;

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use crate::aarch64;
 use crate::cross::{self, CORTEX_M0, CORTEX_M4};
 use crate::depth::Depth;
 use crate::process::Failure;
@@ -32,6 +33,11 @@ const STEPS: &[Step] = &[
     Step { name: "models", what: "the networks are what their generator makes", run: models },
     Step { name: "onnx", what: "a second inference engine agrees on the networks", run: onnx },
     Step { name: "examples", what: "every example runs", run: examples },
+    Step {
+        name: "aarch64",
+        what: "the core's and the simulator's tests on AArch64, emulated",
+        run: aarch64::step,
+    },
     Step { name: "traces", what: "the same actions on every target, byte for byte", run: traces::step },
     Step { name: "deny", what: "licences, sources and duplicates of the dependencies", run: deny },
 ];
