@@ -1,6 +1,7 @@
 //! Runs steps one after another, and says how it went.
 
 use std::io::Write;
+use std::ops::Add;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
@@ -43,6 +44,18 @@ impl Tally {
                 Self { failed: (tally.failed + tally.ignored).max(1), ..*tally }
             }
             Err(_) => Self { failed: 1, ..Self::default() },
+        }
+    }
+}
+
+impl Add for Tally {
+    type Output = Self;
+
+    fn add(self, more: Self) -> Self {
+        Self {
+            passed: self.passed + more.passed,
+            failed: self.failed + more.failed,
+            ignored: self.ignored + more.ignored,
         }
     }
 }
