@@ -62,7 +62,7 @@ pub(crate) fn emulator(
 /// # Errors
 /// The emulator is missing and cannot be installed.
 pub(crate) fn cortex_m(workspace: &Workspace, program: &Path) -> Result<Run, Failure> {
-    let board = ["-machine", "mps2-an386", "-display", "none", "-monitor", "none", "-serial", "none"];
+    let board = ["-machine", "mps2-an386", "-display", "none", "-monitor", "none"];
     let host = ["-semihosting-config", "enable=on,target=native", "-kernel"];
     let emulator = emulator(workspace, "qemu-system-arm", &["qemu-system-arm"])?;
     Ok(emulator.args(&board).args(&host).args(&[program]))

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use crate::aarch64;
+use crate::cortex_m;
 use crate::cross::{self, CORTEX_M0, CORTEX_M4};
 use crate::depth::Depth;
 use crate::process::Failure;
@@ -23,7 +24,7 @@ const STEPS: &[Step] = &[
     Step { name: "fmt", what: "the sources are formatted", run: fmt },
     Step {
         name: "target",
-        what: "core and synchronizers build for microcontrollers, with and without defmt",
+        what: "core, synchronizers and adapter build for microcontrollers, with and without defmt",
         run: target,
     },
     Step { name: "loom", what: "the synchronizers build with the model checker's primitives", run: loom },
@@ -39,6 +40,7 @@ const STEPS: &[Step] = &[
         run: aarch64::step,
     },
     Step { name: "traces", what: "the same actions on every target, byte for byte", run: traces::step },
+    Step { name: "cortex-m", what: "a firmware with embassy on an emulated Cortex-M4", run: cortex_m::step },
     Step { name: "deny", what: "licences, sources and duplicates of the dependencies", run: deny },
 ];
 
@@ -75,7 +77,7 @@ fn fmt(workspace: &Workspace, _: Depth) -> Result<Tally, Failure> {
 fn target(workspace: &Workspace, _: Depth) -> Result<Tally, Failure> {
     for target in [CORTEX_M0, CORTEX_M4] {
         cross::library(workspace, target)?;
-        let build = ["build", "--package", "red-sync", "--target", target];
+        let build = ["build", "--package", "red-embassy", "--target", target];
         workspace.cargo(&build).stream()?;
         workspace.cargo(&build).args(&["--features", "defmt"]).stream()?;
     }

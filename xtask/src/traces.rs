@@ -112,7 +112,9 @@ impl Built<'_> {
         let run = match target {
             Target::Here => workspace.command(program).args(&list),
             Target::Aarch64 => cross::qemu_aarch64(workspace)?.args(&[program]).args(&list),
-            Target::CortexM(_) => cross::cortex_m(workspace, program)?.args(&["-append", words]),
+            Target::CortexM(_) => {
+                cross::cortex_m(workspace, program)?.args(&["-serial", "none", "-append", words])
+            }
         };
         run.capture()
     }

@@ -1,6 +1,6 @@
 //! The RED scheduler on a microcontroller: lanes and dispatcher are tasks of embassy.
 //!
-//! ```ignore
+//! ```text
 //! type Robot = Caps<2, 8, 4>;
 //! static RED: Dispatcher<Robot> = Dispatcher::new();                    // all zero: it lies in .bss
 //!
