@@ -45,11 +45,7 @@ const AARCH64_LIBRARIES: &str = "/usr/aarch64-linux-gnu";
 ///
 /// # Errors
 /// It is missing and cannot be installed.
-pub(crate) fn emulator(
-    workspace: &Workspace,
-    program: &'static str,
-    packages: &[&str],
-) -> Result<Run, Failure> {
+pub(crate) fn tool(workspace: &Workspace, program: &'static str, packages: &[&str]) -> Result<Run, Failure> {
     if workspace.command(program).args(&["--version"]).output().is_err() {
         debian(workspace, program, packages)?;
     }
@@ -64,8 +60,8 @@ pub(crate) fn emulator(
 pub(crate) fn cortex_m(workspace: &Workspace, program: &Path) -> Result<Run, Failure> {
     let board = ["-machine", "mps2-an386", "-display", "none", "-monitor", "none"];
     let host = ["-semihosting-config", "enable=on,target=native", "-kernel"];
-    let emulator = emulator(workspace, "qemu-system-arm", &["qemu-system-arm"])?;
-    Ok(emulator.args(&board).args(&host).args(&[program]))
+    let board_emulator = tool(workspace, "qemu-system-arm", &["qemu-system-arm"])?;
+    Ok(board_emulator.args(&board).args(&host).args(&[program]))
 }
 
 /// The emulator of a Linux process on AArch64.
@@ -73,7 +69,7 @@ pub(crate) fn cortex_m(workspace: &Workspace, program: &Path) -> Result<Run, Fai
 /// # Errors
 /// It is missing and cannot be installed.
 pub(crate) fn qemu_aarch64(workspace: &Workspace) -> Result<Run, Failure> {
-    Ok(emulator(workspace, "qemu-aarch64", &["qemu-user"])?.args(&["-L", AARCH64_LIBRARIES]))
+    Ok(tool(workspace, "qemu-aarch64", &["qemu-user"])?.args(&["-L", AARCH64_LIBRARIES]))
 }
 
 /// Cargo for AArch64: what it links runs under the emulator.
@@ -82,7 +78,7 @@ pub(crate) fn qemu_aarch64(workspace: &Workspace) -> Result<Run, Failure> {
 /// Something is missing and cannot be installed.
 pub(crate) fn aarch64(workspace: &Workspace, arguments: &[&str]) -> Result<Run, Failure> {
     library(workspace, AARCH64)?;
-    let _linker = emulator(workspace, AARCH64_LINKER, &["gcc-aarch64-linux-gnu", "libc6-dev-arm64-cross"])?;
+    let _linker = tool(workspace, AARCH64_LINKER, &["gcc-aarch64-linux-gnu", "libc6-dev-arm64-cross"])?;
     let _there = qemu_aarch64(workspace)?;
     let runner = format!("timeout --foreground {PATIENCE} qemu-aarch64 -L {AARCH64_LIBRARIES}");
     Ok(workspace

@@ -4,6 +4,7 @@ mod aarch64;
 mod cortex_m;
 mod cross;
 mod depth;
+mod preempt_rt;
 mod process;
 mod report;
 mod steps;

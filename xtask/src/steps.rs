@@ -6,6 +6,7 @@ use crate::aarch64;
 use crate::cortex_m;
 use crate::cross::{self, CORTEX_M0, CORTEX_M4};
 use crate::depth::Depth;
+use crate::preempt_rt;
 use crate::process::Failure;
 use crate::report::Tally;
 use crate::tools;
@@ -42,6 +43,7 @@ const STEPS: &[Step] = &[
     Step { name: "traces", what: "the same actions on every target, byte for byte", run: traces::step },
     Step { name: "cortex-m", what: "a firmware with embassy on an emulated Cortex-M4", run: cortex_m::step },
     Step { name: "deny", what: "licences, sources and duplicates of the dependencies", run: deny },
+    Step { name: "preempt-rt", what: "redrt on an emulated real-time kernel", run: preempt_rt::step },
 ];
 
 /// What the examples are given, by their file; `{target}` is the folder for everything built.
