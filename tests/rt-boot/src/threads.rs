@@ -3,16 +3,16 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
+use std::time::{Duration, Instant};
 
 /// The real-time policy of `sched_setscheduler`.
 const FIFO: u64 = 1;
-/// Looks before which a thread may still be starting: page faults count from then on.
-const STARTING: u32 = 5;
+/// Page faults count in this time before a thread's end: the run lasts longer, so it has started by then.
+const STEADY: Duration = Duration::from_millis(1_500);
 
 /// A process under watch.
 pub(crate) struct Watch {
     process: u32,
-    looks: u32,
     locked: String,
     threads: BTreeMap<u32, Thread>,
 }
@@ -22,18 +22,17 @@ struct Thread {
     name: String,
     priority: u64,
     cpus: String,
-    /// Page faults when it had started, and last.
-    faults: [u64; 2],
+    /// Page faults up to each look.
+    faults: Vec<(Instant, u64)>,
 }
 
 impl Watch {
     pub(crate) fn new(process: u32) -> Self {
-        Self { process, looks: 0, locked: String::new(), threads: BTreeMap::new() }
+        Self { process, locked: String::new(), threads: BTreeMap::new() }
     }
 
     /// Looks at all threads. What has ended meanwhile keeps what was seen last.
     pub(crate) fn look(&mut self) {
-        self.looks += 1;
         let folder = format!("/proc/{}", self.process);
         if let Some(locked) = status(Path::new(&folder), "VmLck") {
             self.locked = locked;
@@ -42,17 +41,22 @@ impl Watch {
         for task in tasks {
             let thread = task.file_name().to_string_lossy().parse().ok().zip(Thread::read(&task.path()));
             let Some((number, mut now)) = thread else { continue };
-            let before = self.threads.get(&number).filter(|_| self.looks > STARTING);
-            now.faults[0] = before.map_or(now.faults[1], |before| before.faults[0]);
+            if let Some(before) = self.threads.remove(&number) {
+                now.faults.splice(0..0, before.faults);
+            }
             self.threads.insert(number, now);
         }
     }
 
+    /// What there is to say of the run. Threads that had ended before it, those that try the rights, are left out.
     pub(crate) fn lines(&self) -> Vec<String> {
         let mut lines = vec![format!("locked {}", self.locked)];
-        lines.extend(self.threads.values().map(|thread| {
-            let Thread { name, priority, cpus, faults: [first, last] } = thread;
-            format!("fifo {name} priority {priority} cpus {cpus} faults {}", last - first)
+        let end = self.threads.values().filter_map(Thread::last_seen).max();
+        let ran = self.threads.values().filter(|thread| thread.last_seen().map(|at| at + STEADY) >= end);
+        lines.extend(ran.map(|thread| {
+            let Thread { name, priority, cpus, .. } = thread;
+            let (faults, looks) = thread.steady_faults();
+            format!("fifo {name} priority {priority} cpus {cpus} faults {faults} looks {looks}")
         }));
         lines
     }
@@ -69,7 +73,19 @@ impl Thread {
         let (minor, major, priority, policy) = (field(10)?, field(12)?, field(40)?, field(41)?);
         let name = head.split_once('(')?.1.replace(' ', "-");
         let cpus = status(folder, "Cpus_allowed_list")?;
-        (policy == FIFO).then_some(Self { name, priority, cpus, faults: [0, minor + major] })
+        (policy == FIFO).then(|| Self { name, priority, cpus, faults: vec![(Instant::now(), minor + major)] })
+    }
+
+    fn last_seen(&self) -> Option<Instant> {
+        self.faults.last().map(|(at, _)| *at)
+    }
+
+    /// Page faults while it had started, and how often it was looked at then.
+    fn steady_faults(&self) -> (u64, usize) {
+        let Some((end, last)) = self.faults.last() else { return (0, 0) };
+        let steady = self.faults.iter().filter(|(at, _)| *at + STEADY >= *end);
+        let first = steady.clone().next().map_or(0, |(_, faults)| *faults);
+        (last - first, steady.count())
     }
 }
 

@@ -4,9 +4,9 @@ use super::*;
 const GOOD: &str = "\
 RT realtime 1
 RT locked 359772 kB
-RT fifo red-lane-0 priority 70 cpus 1 faults 0
-RT fifo red-lane-1 priority 70 cpus 2 faults 0
-RT fifo red-watchdog priority 71 cpus 0 faults 0
+RT fifo red-lane-0 priority 70 cpus 1 faults 0 looks 15
+RT fifo red-lane-1 priority 70 cpus 2 faults 0 looks 15
+RT fifo red-watchdog priority 71 cpus 0 faults 0 looks 15
 RT run {\"policy\":\"redrt\",\"tasks\":[{\"completed\":37,}],\"realtime\":true,\"page_faults\":0,\"allocations\":0,}
 RT run ended with exit status: 0
 RT doctor PASS kernel.preempt_rt: #1 SMP PREEMPT_RT
@@ -38,6 +38,7 @@ fn every_wrong_value_is_found() {
         ("locked 359772", "locked 0"),
         ("cpus 1 faults", "cpus 0-2 faults"),
         ("cpus 2 faults 0", "cpus 2 faults 3"),
+        ("cpus 2 faults 0 looks 15", "cpus 2 faults 0 looks 1"),
         ("priority 71", "priority 70"),
         ("\"completed\":37", "\"completed\":0"),
         ("\"realtime\":true", "\"realtime\":false"),
