@@ -31,6 +31,7 @@ usage: cargo xtask TASK
                     the bounds that keep them short
   traces [--count N]  the same random workloads on every target, compared byte for byte; default 100
   bench [ARG]...    what the scheduler costs beside its peers, measured now; --help tells the ARGs
+  soak [ARG]...     random workloads, edits and faults on real threads; --help tells the ARGs
   models [--check]  writes the demo's networks; --check compares the committed ones with their generator
 
 example: cargo xtask test fmt clippy
@@ -77,6 +78,7 @@ fn main() -> ExitCode {
                 result => finish(result),
             }
         }
+        ["soak", ref rest @ ..] => finish(steps::soak(&workspace, rest)),
         ["models", ref rest @ ..] if matches!(rest, [] | ["--check"]) => {
             finish(tools::python(&workspace).and_then(|python| python.generate(rest)))
         }

@@ -31,6 +31,11 @@ const STEPS: &[Step] = &[
     Step { name: "loom", what: "the synchronizers build with the model checker's primitives", run: loom },
     Step { name: "clippy", what: "no lint speaks, all targets and features", run: clippy },
     Step { name: "test", what: "unit, behaviour and documentation tests", run: test },
+    Step {
+        name: "soak",
+        what: "random workloads, edits and faults on real threads, for half a minute",
+        run: half_a_minute,
+    },
     Step { name: "doc", what: "the documentation builds without a warning", run: doc },
     Step { name: "models", what: "the networks are what their generator makes", run: models },
     Step { name: "onnx", what: "a second inference engine agrees on the networks", run: onnx },
@@ -100,6 +105,16 @@ fn clippy(workspace: &Workspace, _: Depth) -> Result<Tally, Failure> {
 
 fn test(workspace: &Workspace, _: Depth) -> Result<Tally, Failure> {
     workspace.cargo(&["test", "--workspace", "--no-fail-fast"]).stream()
+}
+
+/// In the profile of the tests, whose checks a release leaves out.
+pub(crate) fn soak(workspace: &Workspace, arguments: &[&str]) -> Result<Tally, Failure> {
+    let run = ["run", "--quiet", "--profile", "test", "--package", "red-soak", "--"];
+    workspace.cargo(&run).args(arguments).stream()
+}
+
+fn half_a_minute(workspace: &Workspace, _: Depth) -> Result<Tally, Failure> {
+    soak(workspace, &["--seconds", "30"])
 }
 
 fn doc(workspace: &Workspace, _: Depth) -> Result<Tally, Failure> {

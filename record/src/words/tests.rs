@@ -1,0 +1,155 @@
+use super::*;
+use red_core::Instant;
+
+fn unit(sequence: u64, node: u64, lane: u64) -> UnitId {
+    UnitId::from_bits(sequence << 16 | node << 8 | lane)
+}
+
+fn start(unit: UnitId) -> Answer {
+    Answer::Polled(Some(Action::Dispatch(Dispatch { unit, lane: unit.lane() })))
+}
+
+fn at(ns: u64, call: Call, answer: Answer) -> Entry {
+    Entry { now: Instant::from_nanos(ns), call, answer }
+}
+
+fn outcome(shed: Option<ShedReason>) -> Outcome {
+    Outcome {
+        job: JobId::from_bits(0x0007_0003),
+        task: TaskId::from_bits(2),
+        index: 41,
+        release: Instant::from_nanos(1_000),
+        deadline: Instant::from_nanos(90_000),
+        at: Instant::from_nanos(95_000),
+        shed,
+    }
+}
+
+/// Every kind of entry, with every code, and times that go on, jump and go back.
+fn all() -> Vec<Entry> {
+    let (lane, first, second) = (LaneId::new(3), unit(1, 7, 3), unit(2, 255, 31));
+    let release =
+        |capture| Call::Release { task: TaskId::from_bits(5), at: Instant::from_nanos(90), capture };
+    let mut entries = vec![
+        at(100, release(None), Answer::Released(Ok(JobId::from_bits(0x0001_0002)))),
+        at(100, release(Some(u64::MAX)), Answer::Released(Ok(JobId::from_bits(u32::MAX)))),
+        at(100, Call::Poll(Some(lane)), start(first)),
+        at(100, Call::Poll(None), start(second)),
+        at(100, Call::Poll(Some(LaneId::new(31))), Answer::Polled(None)),
+        at(200, Call::Complete(first), Answer::Reported(Ok(()))),
+        at(u64::MAX, Call::Complete(second), Answer::Reported(Ok(()))),
+        // A host that makes handles up, and a clock that goes back.
+        at(50, Call::Complete(unit(77, 1, 200)), Answer::Reported(Err(CompleteError::NotRunning))),
+        at(50, Call::Fail(second), Answer::Reported(Ok(()))),
+        at(60, Call::Poll(None), start(unit(900, 1, 2))),
+        at(60, Call::Poll(None), Answer::Polled(Some(Action::Preempt(Dispatch { unit: first, lane })))),
+        at(95_500, Call::Poll(None), Answer::Polled(Some(Action::Ended(outcome(None))))),
+        at(95_500, Call::TakeOutcome, Answer::Outcome(None)),
+        at(95_500, Call::Edit(3), Answer::Edited(Ok(()))),
+        at(95_500, Call::Retire(lane), Answer::Done(true)),
+        at(95_500, Call::Restore(lane), Answer::Done(false)),
+        at(95_500, Call::Remove(TaskId::from_bits(u32::MAX)), Answer::Done(true)),
+        at(95_500 + STEP - 1, Call::Poll(None), Answer::Polled(None)),
+        at(95_500 + 2 * STEP, Call::Poll(None), Answer::Polled(None)),
+    ];
+    entries.extend(RELEASE.map(|e| at(1, release(None), Answer::Released(Err(e)))));
+    entries.extend(REPORT.map(|e| at(1, Call::Complete(first), Answer::Reported(Err(e)))));
+    entries.extend(COMMIT.map(|e| at(1, Call::Edit(0), Answer::Edited(Err(e)))));
+    entries.extend(SHED.map(|reason| at(1, Call::TakeOutcome, Answer::Outcome(Some(outcome(Some(reason)))))));
+    let mut counters = Counters::default();
+    (counters.units, counters.evictions) = (u64::MAX, 3);
+    entries.push(at(1, Call::End, Answer::Counters(counters)));
+    entries
+}
+
+fn written(entries: &[Entry]) -> Chunk {
+    let (mut books, mut chunk) = (Books::new(), Chunk::new());
+    for entry in entries {
+        let before = chunk.words().len();
+        // As `Recorded` does.
+        let is_usual = match (entry.call, entry.answer) {
+            (Call::Complete(unit), Answer::Reported(Ok(()))) => books.begin_turn(unit, entry.now),
+            (Call::Poll(Some(lane)), Answer::Polled(None)) => books.end_turn(lane, entry.now, &mut chunk),
+            (Call::Poll(Some(lane)), Answer::Polled(Some(Action::Dispatch(started)))) => {
+                books.go_on_turn(lane, started.unit, entry.now)
+            }
+            _ => false,
+        };
+        if is_usual {
+            continue;
+        }
+        if !books.is_near(entry.now) {
+            books.spell(entry.now, &mut chunk);
+        }
+        books.encode(entry, &mut chunk);
+        let words = chunk.words().len() - before;
+        assert!(words <= LONGEST, "{entry}: {words} words");
+    }
+    books.break_turn(&mut chunk);
+    assert_eq!(chunk.entries(), entries.len() as u64);
+    chunk
+}
+
+#[test]
+fn every_entry_comes_back_as_it_was_written() {
+    let entries = all();
+    let chunk = written(&entries);
+    let (mut books, mut words) = (Books::new(), chunk.words().iter().copied());
+    for entry in &entries {
+        let read = books.decode(|| words.next().ok_or(())).unwrap();
+        assert_eq!(read, Some(*entry), "{entry}");
+    }
+    assert_eq!(words.next(), None);
+}
+
+/// What a lane does at one turn after another.
+fn turns() -> Vec<Entry> {
+    let lane = LaneId::new(3);
+    let poll = |ns, action| at(ns, Call::Poll(Some(lane)), Answer::Polled(action));
+    let mut entries = vec![poll(5, None)];
+    for n in 1..5 {
+        let (ns, done) = (n * 10, Answer::Reported(Ok(())));
+        entries.push(at(ns, Call::Complete(unit(n - 1, 4, 3)), done));
+        entries.push(at(ns, Call::Poll(Some(lane)), start(unit(n, 4, 3))));
+        entries.push(poll(ns, None));
+    }
+    entries.push(at(60, Call::Complete(unit(4, 4, 3)), Answer::Reported(Ok(()))));
+    entries.push(poll(60, None));
+    // The first unit was not this scheduler's.
+    entries.remove(1);
+    entries
+}
+
+#[test]
+fn a_turn_is_one_word() {
+    let chunk = written(&turns());
+    // Three turns go on, the last one does not; before them a poll, and the first unit with its poll.
+    assert_eq!(chunk.words().len(), 4 + 3);
+    assert_eq!(chunk.entries(), turns().len() as u64);
+}
+
+#[test]
+fn a_turn_that_goes_another_way_comes_back_as_it_was_written() {
+    // Everything else that may come, at every place of a turn.
+    for planted in all() {
+        for place in 0..=turns().len() {
+            let mut entries = turns();
+            entries.insert(place, planted);
+            let chunk = written(&entries);
+            let (mut books, mut words) = (Books::new(), chunk.words().iter().copied());
+            for entry in &entries {
+                let read = books.decode(|| words.next().ok_or(())).unwrap();
+                assert_eq!(read, Some(*entry), "{planted} at {place}");
+            }
+            assert_eq!(words.next(), None);
+        }
+    }
+}
+
+#[test]
+fn words_that_nobody_wrote_are_no_entry() {
+    for word in [12, 15, 11 | 63 << 8, 11 | 2 << 4, 4 | 9 << 4, 2 | 9 << 4 | 3 << 8, 7 | 63 << 8] {
+        let mut words = [word, 0, 0, 0, 0, 0, 0].into_iter();
+        assert_eq!(Books::new().decode(|| words.next().ok_or(())), Ok(None), "{word:#x}");
+    }
+}
