@@ -2,7 +2,11 @@
 //! that a model checker drives the very same files over its own version of this module.
 
 pub(crate) use core::hint::spin_loop;
+#[cfg(target_has_atomic = "32")]
 pub(crate) use core::sync::atomic::{AtomicU8, AtomicU32, Ordering};
+// A processor without compare-and-swap does it inside the program's critical section.
+#[cfg(not(target_has_atomic = "32"))]
+pub(crate) use portable_atomic::{AtomicU8, AtomicU32, Ordering};
 
 /// A cell whose exclusive access the caller guarantees.
 #[derive(Debug)]

@@ -4,6 +4,7 @@ use std::process::ExitCode;
 use std::sync::Mutex;
 use std::thread;
 
+use crate::depth::Depth;
 use crate::process::{Failure, Run};
 use crate::report::Tally;
 use crate::workspace::Workspace;
@@ -100,9 +101,9 @@ impl Row {
 }
 
 /// The step of `cargo xtask test`: lints of what the checker builds, and all models.
-pub(crate) fn test(workspace: &Workspace) -> Result<Tally, Failure> {
+pub(crate) fn step(workspace: &Workspace, depth: Depth) -> Result<Tally, Failure> {
     let lints = ["clippy", "--package", "red-loom-tests", "--all-targets", "--profile", "loom", "--"];
-    let models = Models { workspace, root: &workspace.root, deep: false };
+    let models = Models { workspace, root: &workspace.root, deep: depth == Depth::Deep };
     models.cargo(&lints).args(&["--deny", "warnings"]).stream()?;
     let rows = models.run(&models.build(&[])?);
     let explored: u64 = tell(&rows);

@@ -1,17 +1,24 @@
 //! The tasks of this workspace: `cargo xtask --help`.
 
+mod aarch64;
+mod cortex_m;
+mod cross;
+mod depth;
 mod faults;
 mod loom;
 mod loom_mutants;
+mod preempt_rt;
 mod process;
 mod report;
 mod steps;
 mod tools;
+mod traces;
 mod workspace;
 
 use std::env;
 use std::process::ExitCode;
 
+use depth::Depth;
 use process::Failure;
 use workspace::Workspace;
 
@@ -23,8 +30,10 @@ Tasks of this workspace.
 
 usage: cargo xtask TASK
 
-  test [STEP]...    every test there is, quick things first; STEPs: only these, --help lists them
+  test [STEP]...    every test there is, quick things first; STEPs: only these, --help lists them; --deep: without
+                    the bounds that keep them short
   faults            the fault table: each row's test is run, and the table printed
+  traces [--count N]  the same random workloads on every target, compared byte for byte; default 100
   bench [ARG]...    what the scheduler costs beside its peers, measured now; --help tells the ARGs
   soak [ARG]...     random workloads, edits and faults on real threads; --help tells the ARGs
   loom [--deep] [MODEL]...
@@ -56,9 +65,16 @@ fn main() -> ExitCode {
             print!("{BENCH_HELP}");
             ExitCode::SUCCESS
         }
-        ["test", ref names @ ..] => match steps::choose(names) {
-            Ok(chosen) => report::run(&workspace, &chosen),
-            Err(reason) => refuse(&reason),
+        ["test", ref words @ ..] => {
+            let (depth, names) = Depth::of(words);
+            match steps::choose(&names) {
+                Ok(chosen) => report::run(&workspace, &chosen, depth),
+                Err(reason) => refuse(&reason),
+            }
+        }
+        ["traces", ref rest @ ..] => match traces::count(rest) {
+            Some(count) => finish(traces::compare(&workspace, count)),
+            None => refuse("traces takes nothing, or --count N"),
         },
         ["bench", ref rest @ ..] => {
             let bench = ["run", "--release", "-p", "red-benches", "--"];

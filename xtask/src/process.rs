@@ -119,13 +119,22 @@ impl Run {
         child.wait().map_err(start)
     }
 
-    /// Its standard output.
+    /// Its standard output; what it says besides is nobody's business.
     ///
     /// # Errors
     /// It cannot be started, or it fails.
     pub(crate) fn output(mut self) -> Result<String, Failure> {
+        self.0.stderr(Stdio::null());
+        self.capture()
+    }
+
+    /// Its standard output; what it says besides is for all to see.
+    ///
+    /// # Errors
+    /// It cannot be started, or it fails.
+    pub(crate) fn capture(mut self) -> Result<String, Failure> {
         let command = self.line();
-        match self.0.stderr(Stdio::null()).output() {
+        match self.0.output() {
             Err(reason) => Err(Failure::Start { command, reason }),
             Ok(output) if output.status.success() => {
                 Ok(String::from_utf8_lossy(&output.stdout).trim().into())

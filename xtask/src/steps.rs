@@ -2,10 +2,17 @@
 
 use std::path::Path;
 
+use crate::aarch64;
+use crate::cortex_m;
+use crate::cross::{self, CORTEX_M0, CORTEX_M4};
+use crate::depth::Depth;
 use crate::faults;
+use crate::loom;
+use crate::preempt_rt;
 use crate::process::Failure;
 use crate::report::Tally;
-use crate::tools::{self, MICROCONTROLLER};
+use crate::tools;
+use crate::traces;
 use crate::workspace::Workspace;
 
 /// One thing to check.
@@ -13,34 +20,42 @@ use crate::workspace::Workspace;
 pub(crate) struct Step {
     pub(crate) name: &'static str,
     pub(crate) what: &'static str,
-    pub(crate) run: fn(&Workspace) -> Result<Tally, Failure>,
+    pub(crate) run: fn(&Workspace, Depth) -> Result<Tally, Failure>,
 }
 
 const STEPS: &[Step] = &[
     Step { name: "fmt", what: "the sources are formatted", run: fmt },
     Step {
         name: "target",
-        what: "core and synchronizers build for a microcontroller, with and without defmt",
+        what: "core, synchronizers and adapter build for microcontrollers, with and without defmt",
         run: target,
-    },
-    Step {
-        name: "loom",
-        what: "models of the concurrency, every interleaving within bounds",
-        run: crate::loom::test,
     },
     Step { name: "clippy", what: "no lint speaks, all targets and features", run: clippy },
     Step { name: "test", what: "unit, behaviour and documentation tests", run: test },
+    Step { name: "doc", what: "the documentation builds without a warning", run: doc },
+    Step { name: "faults", what: "each row of the fault table has its test, and passes", run: fault_table },
     Step {
         name: "soak",
         what: "random workloads, edits and faults on real threads, for half a minute",
         run: half_a_minute,
     },
-    Step { name: "doc", what: "the documentation builds without a warning", run: doc },
     Step { name: "models", what: "the networks are what their generator makes", run: models },
     Step { name: "onnx", what: "a second inference engine agrees on the networks", run: onnx },
     Step { name: "examples", what: "every example runs", run: examples },
     Step { name: "deny", what: "licences, sources and duplicates of the dependencies", run: deny },
-    Step { name: "faults", what: "each row of the fault table has its test, and passes", run: faults::run },
+    Step {
+        name: "loom",
+        what: "models of the concurrency, every interleaving within bounds",
+        run: loom::step,
+    },
+    Step {
+        name: "aarch64",
+        what: "the core's and the simulator's tests on AArch64, emulated",
+        run: aarch64::step,
+    },
+    Step { name: "traces", what: "the same actions on every target, byte for byte", run: traces::step },
+    Step { name: "cortex-m", what: "a firmware with embassy on an emulated Cortex-M4", run: cortex_m::step },
+    Step { name: "preempt-rt", what: "redrt on an emulated real-time kernel", run: preempt_rt::step },
 ];
 
 /// What the examples are given, by their file; `{target}` is the folder for everything built.
@@ -51,7 +66,8 @@ const EXAMPLES: &[(&str, &[&str])] =
 pub(crate) fn help() -> String {
     let list: String = STEPS.iter().map(|step| format!("\n  {:<10} {}", step.name, step.what)).collect();
     format!(
-        "usage: cargo xtask test [STEP]...\n\nAll steps, in this order, or only those that are named:\n{list}"
+        "usage: cargo xtask test [--deep] [STEP]...\n\nAll steps, in this order, or only those that are named; \
+         --deep: without the bounds that\nkeep them short.\n{list}"
     )
 }
 
@@ -68,25 +84,27 @@ pub(crate) fn choose(names: &[&str]) -> Result<Vec<Step>, String> {
     Ok(STEPS.iter().filter(chosen).copied().collect())
 }
 
-fn fmt(workspace: &Workspace) -> Result<Tally, Failure> {
+fn fmt(workspace: &Workspace, _: Depth) -> Result<Tally, Failure> {
     workspace.cargo(&["fmt", "--all", "--", "--check"]).stream()
 }
 
-fn target(workspace: &Workspace) -> Result<Tally, Failure> {
-    tools::microcontroller(workspace)?;
-    let build = ["build", "--package", "red-sync", "--target", MICROCONTROLLER];
-    workspace.cargo(&build).stream()?;
-    workspace.cargo(&build).args(&["--features", "defmt"]).stream()
+fn target(workspace: &Workspace, _: Depth) -> Result<Tally, Failure> {
+    for target in [CORTEX_M0, CORTEX_M4] {
+        cross::library(workspace, target)?;
+        let build = ["build", "--package", "red-embassy", "--target", target];
+        workspace.cargo(&build).stream()?;
+        workspace.cargo(&build).args(&["--features", "defmt"]).stream()?;
+    }
+    Ok(Tally::default())
 }
 
-fn clippy(workspace: &Workspace) -> Result<Tally, Failure> {
+fn clippy(workspace: &Workspace, _: Depth) -> Result<Tally, Failure> {
     let all = ["clippy", "--workspace", "--all-targets", "--all-features", "--", "--deny", "warnings"];
     workspace.cargo(&all).stream()
 }
 
-fn test(workspace: &Workspace) -> Result<Tally, Failure> {
-    // The rows of the fault table are a step of their own.
-    workspace.cargo(&["test", "--workspace", "--no-fail-fast", "--", "--skip", "::row_"]).stream()
+fn test(workspace: &Workspace, _: Depth) -> Result<Tally, Failure> {
+    workspace.cargo(&["test", "--workspace", "--no-fail-fast"]).stream()
 }
 
 /// In the profile of the tests, whose checks a release leaves out.
@@ -95,25 +113,29 @@ pub(crate) fn soak(workspace: &Workspace, arguments: &[&str]) -> Result<Tally, F
     workspace.cargo(&run).args(arguments).stream()
 }
 
-fn half_a_minute(workspace: &Workspace) -> Result<Tally, Failure> {
+fn fault_table(workspace: &Workspace, _: Depth) -> Result<Tally, Failure> {
+    faults::run(workspace)
+}
+
+fn half_a_minute(workspace: &Workspace, _: Depth) -> Result<Tally, Failure> {
     soak(workspace, &["--seconds", "30"])
 }
 
-fn doc(workspace: &Workspace) -> Result<Tally, Failure> {
+fn doc(workspace: &Workspace, _: Depth) -> Result<Tally, Failure> {
     workspace.cargo(&["doc", "--workspace", "--no-deps"]).env("RUSTDOCFLAGS", "--deny warnings").stream()
 }
 
-fn models(workspace: &Workspace) -> Result<Tally, Failure> {
+fn models(workspace: &Workspace, _: Depth) -> Result<Tally, Failure> {
     tools::python(workspace)?.generate(&["--check"])
 }
 
-fn onnx(workspace: &Workspace) -> Result<Tally, Failure> {
+fn onnx(workspace: &Workspace, _: Depth) -> Result<Tally, Failure> {
     let library = tools::python(workspace)?.onnxruntime()?;
     let test = ["test", "--package", "red-bodies", "--features", "ort", "--no-fail-fast"];
     workspace.cargo(&test).env("ORT_DYLIB_PATH", library).stream()
 }
 
-fn examples(workspace: &Workspace) -> Result<Tally, Failure> {
+fn examples(workspace: &Workspace, _: Depth) -> Result<Tally, Failure> {
     let target = workspace.target.display().to_string();
     for file in workspace.examples()? {
         let known = EXAMPLES.iter().find(|(name, _)| file == Path::new(name));
@@ -132,6 +154,6 @@ fn examples(workspace: &Workspace) -> Result<Tally, Failure> {
     Ok(Tally::default())
 }
 
-fn deny(workspace: &Workspace) -> Result<Tally, Failure> {
+fn deny(workspace: &Workspace, _: Depth) -> Result<Tally, Failure> {
     tools::cargo_deny(workspace)?.args(&["check", "bans", "licenses", "sources"]).stream()
 }

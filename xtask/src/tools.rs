@@ -7,9 +7,6 @@ use crate::process::{Failure, Run};
 use crate::report::Tally;
 use crate::workspace::{Workspace, entries};
 
-/// The microcontroller that the core is built for.
-pub(crate) const MICROCONTROLLER: &str = "thumbv7em-none-eabihf";
-
 /// The version of cargo-deny that `deny.toml` is written for.
 const CARGO_DENY: &str = "0.20.2";
 
@@ -86,27 +83,6 @@ pub(crate) fn python(workspace: &Workspace) -> Result<Python<'_>, Failure> {
     Ok(python)
 }
 
-/// The core library for the microcontroller.
-///
-/// # Errors
-/// rustup is missing, or cannot get it.
-pub(crate) fn microcontroller(workspace: &Workspace) -> Result<(), Failure> {
-    let libraries = ["--print", "target-libdir", "--target", MICROCONTROLLER];
-    let folder = workspace.command("rustc").args(&libraries).output()?;
-    if Path::new(&folder).is_dir() {
-        return Ok(());
-    }
-    let add = ["target", "add", MICROCONTROLLER];
-    match workspace.command("rustup").args(&add).stream() {
-        Ok(_) => Ok(()),
-        Err(Failure::Start { .. }) => Err(Failure::Missing {
-            what: "the core library for Cortex-M4F",
-            install: format!("rustup {} (or your system's package of it)", add.join(" ")),
-        }),
-        Err(failure) => Err(failure),
-    }
-}
-
 /// cargo-deny, built into the target folder if that version is not there.
 ///
 /// # Errors
@@ -124,8 +100,12 @@ pub(crate) fn cargo_deny(workspace: &Workspace) -> Result<Run, Failure> {
 }
 
 /// Installs packages of Debian, if this is one and we may.
-fn debian(workspace: &Workspace, what: &'static str, packages: &[&str]) -> Result<(), Failure> {
-    let install = format!("apt-get update && apt-get install -y {}", packages.join(" "));
+///
+/// # Errors
+/// It is none, we may not, or they cannot be had.
+pub(crate) fn debian(workspace: &Workspace, what: &'static str, packages: &[&str]) -> Result<(), Failure> {
+    let install =
+        format!("apt-get update && apt-get install -y --no-install-recommends {}", packages.join(" "));
     let is_root = workspace.command("id").args(&["-u"]).output().is_ok_and(|id| id == "0");
     if !is_root || !Path::new("/etc/debian_version").exists() {
         return Err(Failure::Missing { what, install: format!("sudo sh -c '{install}'") });

@@ -15,16 +15,6 @@ crate::capacity::values! {
         pub sensor: Option<SensorId>,
     }
 
-    /// What a node is in a MIMONet.
-    pub enum Role {
-        /// Anything else.
-        Ordinary,
-        /// The shared encoder of a stage.
-        SharedEncoder(Frame),
-        /// A decoder: a successor of its encoder that reads the encoder's result.
-        Decoder,
-    }
-
     /// A node of a DAG.
     ///
     /// ```
@@ -45,10 +35,26 @@ crate::capacity::values! {
     }
 }
 
+/// What a node is in a MIMONet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Role {
+    /// Anything else.
+    Ordinary,
+    /// The shared encoder of a stage.
+    SharedEncoder(Frame),
+    /// A decoder: a successor of its encoder that reads the encoder's result.
+    Decoder,
+}
+
+// The variants without a frame are told by bits that a frame cannot have, so this one is all zero. Nobody asks a place
+// without a node what it is.
+crate::capacity::empty!(Role = Self::SharedEncoder(Frame::EMPTY));
+
 impl Node {
     /// An ordinary node of the first pool without memory.
     pub const fn new(wcet: Wcet) -> Self {
-        Self { wcet, ..Self::EMPTY }
+        Self { wcet, role: Role::Ordinary, ..Self::EMPTY }
     }
 
     /// A shared encoder.

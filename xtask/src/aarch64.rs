@@ -1,0 +1,24 @@
+//! The tests on another Linux processor, emulated.
+
+use crate::cross;
+use crate::depth::Depth;
+use crate::process::Failure;
+use crate::report::Tally;
+use crate::workspace::Workspace;
+
+/// The core, what shares it, and what drives it in virtual time.
+const EXECUTIVE: &[&str] = &["--package=red-core", "--package=red-sync", "--package=red-sim"];
+/// The core in the simulator beside the oracle, on this many random workloads for each comparison.
+const ORACLE: &[&str] = &["--package=red-tests", "--test=differential"];
+const SEEDS: &str = "5";
+
+/// The step: what decides; all there is where there is time.
+pub(crate) fn step(workspace: &Workspace, depth: Depth) -> Result<Tally, Failure> {
+    let test = || cross::aarch64(workspace, &["test", "--no-fail-fast"]);
+    if depth == Depth::Deep {
+        return test()?.args(&["--workspace"]).stream();
+    }
+    let executive = test()?.args(EXECUTIVE).stream()?;
+    let oracle = test()?.args(ORACLE).env("SEEDS", SEEDS).stream()?;
+    Ok(executive + oracle)
+}
