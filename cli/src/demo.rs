@@ -14,9 +14,9 @@ use crate::options;
 use crate::outcome::{Answer, Failure};
 use crate::output;
 use crate::run::{watch, write_trace};
+use crate::session::record::Recorded;
 use crate::session::{Options, RunSummary, Session};
 use crate::table::{Table, time};
-use models::Models;
 use red_rt::stop::StopSignals;
 use red_workload::policy::Policy;
 use red_workload::{Format, Source, shown_path};
@@ -34,7 +34,7 @@ pub(crate) struct Args {
     /// Time per policy.
     #[arg(long, value_name = "TIME", default_value = "10s", allow_hyphen_values = true, value_parser = options::duration_ns)]
     duration: u64,
-    /// Folder for the traces.
+    /// Folder for the scene, its networks, the traces and the logs.
     #[arg(long, value_name = "FOLDER", default_value = "redrt-demo")]
     out: PathBuf,
     /// Print one JSON object.
@@ -52,34 +52,36 @@ struct Runs<'a> {
 
 /// Measures, runs, compares.
 pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
-    fs::create_dir_all(&args.out).map_err(|e| {
-        Failure::Machine(format!(
-            "cannot make the folder `{}`: {e}; choose another with --out",
-            shown_path(&args.out)
-        ))
-    })?;
+    models::unpack(&args.out)?;
     // Around both runs: a signal between them is one, too.
     let signals = StopSignals::install().map_err(|e| Failure::Machine(e.to_string()))?;
-    let models = Models::unpack()?;
-    let Some(costs) = Costs::measure(models.folder())? else {
+    let Some(costs) = Costs::measure(&args.out)? else {
         output::note("stopped; nothing ran");
         return Ok(Answer::No);
     };
     let lanes = scene::lanes()?;
     let plan = scene::plan(&costs, lanes, args.duration);
     output::note(&plan.explained);
-    let source = Source::parse(plan.file.as_bytes(), Format::Toml, &models.folder().join("demo.toml"))?;
+    let scene = args.out.join("demo.toml");
+    fs::write(&scene, &plan.file).map_err(|e| {
+        Failure::Machine(format!(
+            "cannot write `{}`: {e}; choose another folder with --out",
+            shown_path(&scene)
+        ))
+    })?;
+    let source = Source::parse(plan.file.as_bytes(), Format::Toml, &scene)?;
     let mut sessions = Vec::new();
     for policy in POLICIES {
         if signals.requested().is_some() {
             break;
         }
+        let log = args.out.join(format!("{}.redlog", policy.name()));
         let options = Options {
             policy,
             duration_ns: args.duration,
             best_effort: true,
             trace: true,
-            record: None,
+            record: Some(&log),
             obstacle_ns: Some(plan.obstacle_ns),
         };
         sessions.push(watch(&source, &options)?);
@@ -88,23 +90,25 @@ pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
         output::note("stopped; nothing ran");
         return Ok(Answer::No);
     }
-    let mut traces = Vec::new();
+    let mut files = Vec::new();
     for session in &sessions {
         let path = args.out.join(format!("{}.trace.json", session.summary.report.policy));
         write_trace(&path, session)?;
-        traces.push(path);
+        files.push(format!("trace: {}", path.display()));
+        files.extend(session.record.as_ref().map(Recorded::words));
     }
+    files.push(format!("scene: {} (`redrt run` takes it)", scene.display()));
     if args.json {
         output::json(&Runs { runs: sessions.iter().map(|s| &s.summary).collect() })?;
     } else {
-        output::line(&text(&sessions, &traces))?;
+        output::line(&text(&sessions, &files))?;
     }
     sessions.iter().try_for_each(|session| happened::went_on(&session.summary))?;
     Ok(Answer::Yes)
 }
 
 /// The comparison: a row per figure, a column per policy.
-fn text(sessions: &[Session], traces: &[PathBuf]) -> String {
+fn text(sessions: &[Session], files: &[String]) -> String {
     let runs: Vec<&RunSummary> = sessions.iter().map(|s| &s.summary).collect();
     let titles: Vec<String> = runs.iter().map(|run| run.report.policy.to_uppercase()).collect();
     let head: Vec<&str> = std::iter::once("").chain(titles.iter().map(String::as_str)).collect();
@@ -135,11 +139,10 @@ fn text(sessions: &[Session], traces: &[PathBuf]) -> String {
     row("allocations while running", &|run| run.allocations.to_string());
     row("page faults while running", &|run| run.page_faults.to_string());
     row("lanes", &|run| if run.realtime { "real time" } else { "BEST EFFORT" }.to_owned());
-    let traces: Vec<String> = traces.iter().map(|path| format!("trace: {}", path.display())).collect();
     let reasons: String =
         legend(runs.iter().flat_map(|run| &run.given_up)).iter().map(|line| format!("\n{line}")).collect();
     format!(
         "{table}{reasons}\n\n{}\nOpen a trace in ui.perfetto.dev: lanes are rows, arrows are edges of the graph.",
-        traces.join("\n")
+        files.join("\n")
     )
 }

@@ -44,5 +44,15 @@ fn both_policies_get_the_same_jobs_and_redrt_meets_no_fewer_deadlines() {
         let trace = fs::read(out.join(format!("{policy}.trace.json"))).unwrap();
         let trace: Value = serde_json::from_slice(&trace).expect("a whole trace");
         assert_eq!(trace["otherData"]["policy"], policy);
+        let log = out.join(format!("{policy}.redlog"));
+        let (status, said, err) = run(&["replay", log.to_str().unwrap()]);
+        assert!(status == 0 && said.contains("no difference"), "{said}{err}");
     }
+
+    let scene = out.join("demo.toml");
+    let arguments = ["run", scene.to_str().unwrap(), "--best-effort", "--duration", "300ms", "--json"];
+    let (status, again, err) = run(&arguments);
+    assert_eq!(status, 0, "the scene can be run again: {err}");
+    let again: Value = serde_json::from_str(&again).expect("one JSON object");
+    assert!(count(&again, "released") > 0);
 }

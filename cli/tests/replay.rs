@@ -134,3 +134,35 @@ fn a_place_that_takes_no_log_is_refused_before_the_run() {
     refused(record(workload), 2, &["--record", "is the workload file itself"]);
     assert_eq!(fs::read_to_string(workload).unwrap(), FILE);
 }
+
+#[test]
+fn what_if_answers_in_virtual_time_with_what_was_recorded() {
+    let log = recorded("what-if");
+    let what_if = |changes: &str| {
+        let (status, out, err) = run(&["replay", &log, "--json", "--what-if", changes]);
+        assert_eq!(status, 0, "{err}");
+        serde_json::from_str::<Value>(&out).unwrap()
+    };
+    let same = what_if("policy=redrt");
+    for task in [&same["recorded"]["tasks"][0], &same["what_if"]["tasks"][0]] {
+        assert_eq!((task["released"].as_u64(), task["name"].as_str()), (Some(30), Some("t")), "{task}");
+    }
+    let other = what_if("policy=edf,deadline.t=2ms,lanes=1");
+    assert_eq!((&other["recorded"]["policy"], &other["what_if"]["policy"]), (&"redrt".into(), &"edf".into()));
+    assert_eq!(other["what_if"]["pools"][0]["lanes"], 1);
+    assert_eq!(other["what_if"]["tasks"][0]["on_time"], 0, "{other}");
+    let (status, out, _) = run(&["replay", &log, "--what-if", "lanes.cpu=4"]);
+    assert!(status == 0 && out.contains("recorded") && out.contains("what if"), "{out}");
+    for (wrong, why) in [
+        ("deadline.x=2ms", "there is no task `x`; the log has t"),
+        ("lanes.x=2", "there is no pool `x`; the log has cpu"),
+        ("lanes=0", "expected 1 to 32 lanes"),
+        ("lanes=32,lanes.cpu=33", "expected 1 to 32 lanes"),
+        ("policy=best", "expected one of edf"),
+        ("deadline=0s", "expected more than 0"),
+        ("depth=1", "expected policy=POLICY"),
+        ("policy", "expected policy=POLICY"),
+    ] {
+        refused(run(&["replay", &log, "--what-if", wrong]), 2, &[why]);
+    }
+}

@@ -68,6 +68,28 @@ pub struct Entry {
     pub answer: Answer,
 }
 
+impl Call {
+    /// The unit that it reports.
+    #[must_use]
+    pub const fn unit(&self) -> Option<UnitId> {
+        match self {
+            Self::Complete(unit) | Self::Fail(unit) => Some(*unit),
+            _ => None,
+        }
+    }
+}
+
+impl Answer {
+    /// The unit that it starts or stops.
+    #[must_use]
+    pub const fn unit(&self) -> Option<UnitId> {
+        match self {
+            Self::Polled(Some(Action::Dispatch(dispatch) | Action::Preempt(dispatch))) => Some(dispatch.unit),
+            _ => None,
+        }
+    }
+}
+
 impl fmt::Display for Call {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

@@ -2,6 +2,7 @@
 
 use crate::entry::{Answer, Call, Entry};
 use crate::tape::Tape;
+use core::hint::cold_path;
 use core::ops::Deref;
 use red_core::{
     Action, Capacity, CommitError, CompleteError, Event, Instant, JobId, LaneId, Outcome, ReleaseError,
@@ -61,7 +62,12 @@ impl<'a, C: Capacity> Recorded<'a, C> {
     #[inline(always)]
     pub fn complete(&mut self, unit: UnitId, now: Instant) -> Result<(), CompleteError> {
         let answer = self.scheduler.complete(unit, now);
-        self.put(now, Call::Complete(unit), Answer::Reported(answer));
+        if let Some(tape) = &mut self.tape
+            && !(answer.is_ok() && tape.completed(unit, now))
+        {
+            cold_path();
+            self.put(now, Call::Complete(unit), Answer::Reported(answer));
+        }
         answer
     }
 
@@ -86,7 +92,17 @@ impl<'a, C: Capacity> Recorded<'a, C> {
     #[inline(always)]
     pub fn poll_on(&mut self, lane: LaneId, now: Instant) -> Option<Action> {
         let answer = self.scheduler.poll_on(lane, now);
-        self.put(now, Call::Poll(Some(lane)), Answer::Polled(answer));
+        if let Some(tape) = &mut self.tape {
+            let is_usual = match answer {
+                None => tape.found_nothing(lane, now),
+                Some(Action::Dispatch(started)) => tape.dispatched(lane, started.unit, now),
+                Some(_) => false,
+            };
+            if !is_usual {
+                cold_path();
+                self.put(now, Call::Poll(Some(lane)), Answer::Polled(answer));
+            }
+        }
         answer
     }
 
@@ -147,14 +163,12 @@ impl<'a, C: Capacity> Recorded<'a, C> {
         self.untimed(Call::End, Answer::Counters(counters));
     }
 
-    #[inline(always)]
     fn put(&mut self, now: Instant, call: Call, answer: Answer) {
         if let Some(tape) = &mut self.tape {
             tape.put(&Entry { now, call, answer });
         }
     }
 
-    #[inline(always)]
     fn untimed(&mut self, call: Call, answer: Answer) {
         if let Some(tape) = &mut self.tape {
             let now = tape.now();

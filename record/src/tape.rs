@@ -2,17 +2,14 @@
 
 use crate::entry::Entry;
 use crate::words::{Books, LONGEST};
-use red_core::{Duration, Instant};
+use red_core::{Instant, LaneId, UnitId};
 use red_sync::Mailbox;
 use std::sync::Arc;
 
 /// Words of a chunk: some thousand entries.
 pub(crate) const CHUNK: usize = 8192;
-/// Chunks of a tape: 4 MiB, or what 40 lanes write in a tenth of a second when every body takes two microseconds.
+/// Chunks of a tape: 4 MiB, or some 0.3 s of one lane whose bodies take two microseconds.
 pub(crate) const CHUNKS: usize = 64;
-/// A chunk is handed over when it is so old, full or not, so that little is lost with the process.
-const AGE: Duration = Duration::from_millis(100);
-
 /// Words on their way to the file.
 pub(crate) struct Chunk {
     words: Box<[u64; CHUNK]>,
@@ -27,12 +24,18 @@ impl Chunk {
         Self { words: Box::new([u64::MAX; CHUNK]), len: 0, entries: 0 }
     }
 
+    /// The word of so many entries, or the first of one. There has to be room; the remainder is for the compiler, which
+    /// then looks no more.
     #[inline(always)]
-    pub(crate) fn push(&mut self, word: u64) {
-        if let Some(place) = self.words.get_mut(self.len) {
-            *place = word;
-            self.len += 1;
-        }
+    pub(crate) fn head(&mut self, word: u64, entries: u64) {
+        self.words[self.len % CHUNK] = word;
+        self.len += 1;
+        self.entries += entries;
+    }
+
+    /// Another word of an entry.
+    pub(crate) fn more(&mut self, word: u64) {
+        self.head(word, 0);
     }
 
     pub(crate) fn words(&self) -> &[u64] {
@@ -47,8 +50,9 @@ impl Chunk {
         (self.len, self.entries) = (0, 0);
     }
 
-    const fn has_room(&self) -> bool {
-        self.len + LONGEST <= CHUNK
+    pub(crate) const fn has_room(&self) -> bool {
+        // Two for a turn that is broken off at the end.
+        self.len <= CHUNK - LONGEST - 2
     }
 }
 
@@ -68,15 +72,12 @@ pub(crate) struct Exchange {
 
 /// Takes the entries of one scheduler, under whatever lock that has.
 ///
-/// Time bound: O(1) for an entry, no system call, no allocation, no waiting. When all chunks are on their way the
-/// tape is at its end: later entries are counted and not kept, so that what is kept has no gaps.
+/// Time bound: O(1) for an entry, no system call, no allocation, no waiting. When all chunks are on their way and the
+/// last one is full, the tape is at its end: later entries are counted and not kept, so that what is kept has no gaps.
 pub struct Tape {
     exchange: Arc<Exchange>,
-    chunk: Option<Chunk>,
+    chunk: Chunk,
     books: Books,
-    /// Time of the last entry, and of the chunk's first.
-    now: Instant,
-    since: Instant,
     dropped: u64,
 }
 
@@ -87,54 +88,71 @@ impl Tape {
         if let Some(post) = exchange.empty.claim() {
             while post.push(Chunk::new()).is_ok() {}
         }
-        let chunk = exchange.empty.pop();
-        let new = Self {
-            exchange: exchange.clone(),
-            chunk,
-            books: Books::new(),
-            now: Instant::ZERO,
-            since: Instant::ZERO,
-            dropped: 0,
-        };
-        (new, exchange)
+        let chunk = exchange.empty.pop().unwrap_or_else(Chunk::new);
+        (Self { exchange: exchange.clone(), chunk, books: Books::new(), dropped: 0 }, exchange)
     }
 
     /// The time of the last entry, for calls that are given none.
     pub(crate) const fn now(&self) -> Instant {
-        self.now
+        self.books.now()
     }
 
+    /// A call whose answer is as nearly always: the beginning of a turn.
     #[inline(always)]
+    pub(crate) fn completed(&mut self, unit: UnitId, now: Instant) -> bool {
+        self.chunk.has_room() && self.books.begin_turn(unit, now)
+    }
+
+    /// Its middle.
+    #[inline(always)]
+    pub(crate) fn dispatched(&mut self, lane: LaneId, unit: UnitId, now: Instant) -> bool {
+        self.books.go_on_turn(lane, unit, now)
+    }
+
+    /// Its end. Nothing was written since it began, so that there is still room.
+    #[inline(always)]
+    pub(crate) fn found_nothing(&mut self, lane: LaneId, now: Instant) -> bool {
+        self.books.end_turn(lane, now, &mut self.chunk)
+    }
+
+    /// Any entry.
+    #[inline(never)]
     pub(crate) fn put(&mut self, entry: &Entry) {
-        self.now = entry.now;
-        let Some(chunk) = &mut self.chunk else {
-            self.dropped += 1;
-            return;
-        };
-        self.books.encode(entry, chunk);
-        chunk.entries += 1;
-        if !chunk.has_room() || entry.now.since(self.since) >= AGE {
+        if !self.chunk.has_room() {
             self.hand_over();
         }
+        if !self.chunk.has_room() {
+            self.dropped += 1;
+            return;
+        }
+        if !self.books.is_near(entry.now) {
+            self.books.spell(entry.now, &mut self.chunk);
+        }
+        self.books.encode(entry, &mut self.chunk);
     }
 
-    #[cold]
+    /// The chunk is full: another one, if there is one, and else that is the end.
     fn hand_over(&mut self) {
-        self.since = self.now;
-        if let (Some(chunk), Some(post)) = (self.chunk.take(), self.exchange.full.claim()) {
-            // There are fewer chunks than places.
-            let _posted = post.push(Letter::Chunk(chunk));
-            self.chunk = self.exchange.empty.pop();
+        if let (0, Some(empty)) = (self.dropped, self.exchange.empty.pop()) {
+            let chunk = core::mem::replace(&mut self.chunk, empty);
+            self.exchange.send(Letter::Chunk(chunk));
         }
+    }
+}
+
+impl Exchange {
+    /// There are fewer letters than places.
+    fn send(&self, letter: Letter) {
+        let _sent = self.full.claim().map(|post| post.push(letter));
     }
 }
 
 impl Drop for Tape {
     fn drop(&mut self) {
-        self.hand_over();
-        if let Some(post) = self.exchange.full.claim() {
-            let _posted = post.push(Letter::End(self.dropped));
-        }
+        self.books.break_turn(&mut self.chunk);
+        let last = Chunk::new();
+        self.exchange.send(Letter::Chunk(core::mem::replace(&mut self.chunk, last)));
+        self.exchange.send(Letter::End(self.dropped));
     }
 }
 

@@ -1,4 +1,4 @@
-//! Entries as words: what is expected costs one word.
+//! Entries as words: what is expected costs one word, and a lane's usual turn one for all its calls (`turn.rs`).
 //!
 //! ```text
 //! bits  0..4 call | 4..8 code of the answer | 8..14 lane | 14..20 other lane | 20..28 node | 28..64 time since before
@@ -7,6 +7,8 @@
 //! A unit is expected when it is the next one of the scheduler (dispatched), or the last one of its lane (reported);
 //! both sides keep the same books. Whatever is not expected follows in words of its own.
 
+mod turn;
+
 use crate::entry::{Answer, Call, Entry, back, then};
 use crate::tape::Chunk;
 use red_core::{
@@ -14,8 +16,10 @@ use red_core::{
     ShedReason, TaskId, UnitId,
 };
 
-/// Words of one entry at most: its time, its head and an outcome.
-pub(crate) const LONGEST: usize = 10;
+/// Words that are written for one entry at most: what was held back, its time, its head and an outcome.
+pub(crate) const LONGEST: usize = 12;
+/// Lanes of a scheduler at most.
+const LANES: usize = 32;
 /// Longest step of time that fits a head.
 const STEP: u64 = 1 << 36;
 /// In the place of a lane: none.
@@ -59,6 +63,7 @@ mod tag {
     pub(super) const RESTORE: u64 = 8;
     pub(super) const REMOVE: u64 = 9;
     pub(super) const END: u64 = 10;
+    pub(super) const TURN: u64 = 11;
 }
 
 /// Codes of what a poll answers.
@@ -74,7 +79,11 @@ mod action {
 pub(crate) struct Books {
     now: Instant,
     sequence: u64,
-    lanes: [UnitId; 32],
+    lanes: [UnitId; LANES],
+    /// Writing: the head of a turn whose end has not come yet; 0 is none.
+    turn: u64,
+    /// Reading: what is left of a turn.
+    rest: [Option<Entry>; 2],
 }
 
 /// The fields of a head but the time.
@@ -113,21 +122,41 @@ fn result<E: Copy>(code: u64, errors: &[E]) -> Option<Result<(), E>> {
 
 impl Books {
     pub(crate) const fn new() -> Self {
-        Self { now: Instant::ZERO, sequence: 0, lanes: [UnitId::from_bits(0); 32] }
+        Self {
+            now: Instant::ZERO,
+            sequence: 0,
+            lanes: [UnitId::from_bits(0); LANES],
+            turn: 0,
+            rest: [None; 2],
+        }
     }
 
-    /// Writes an entry, at most [`LONGEST`] words.
+    /// The time of the last entry.
+    pub(crate) const fn now(&self) -> Instant {
+        self.now
+    }
+
+    /// Whether a head has room for the time since the last entry; never for a step back.
     #[inline(always)]
+    pub(crate) const fn is_near(&self, now: Instant) -> bool {
+        now.as_nanos().wrapping_sub(self.now.as_nanos()) < STEP
+    }
+
+    /// Spells a time that is not near; the next entry is of that time.
+    pub(crate) fn spell(&mut self, now: Instant, out: &mut Chunk) {
+        self.break_turn(out);
+        out.more(tag::TIME);
+        out.more(now.as_nanos());
+        self.now = now;
+    }
+
+    /// Writes an entry whose time is near.
     pub(crate) fn encode(&mut self, entry: &Entry, out: &mut Chunk) {
-        let mut step = entry.now.as_nanos().wrapping_sub(self.now.as_nanos());
-        if step >= STEP {
-            out.push(tag::TIME);
-            out.push(entry.now.as_nanos());
-            step = 0;
-        }
+        self.break_turn(out);
+        let step = entry.now.as_nanos().wrapping_sub(self.now.as_nanos());
         self.now = entry.now;
         let mut head = |h: Head| {
-            out.push(h.tag | h.code << 4 | h.lane << 8 | h.other << 14 | h.node << 20 | step << 28);
+            out.head(h.tag | h.code << 4 | h.lane << 8 | h.other << 14 | h.node << 20 | step << 28, 1);
         };
         match (entry.call, entry.answer) {
             (Call::Complete(unit), Answer::Reported(answer)) => {
@@ -136,12 +165,12 @@ impl Books {
                     head(h.on(unit.lane()));
                 } else {
                     head(h);
-                    out.push(unit.to_bits());
+                    out.more(unit.to_bits());
                 }
             }
             (Call::Fail(unit), Answer::Reported(answer)) => {
                 head(Head::new(tag::FAIL, code(answer, &REPORT)));
-                out.push(unit.to_bits());
+                out.more(unit.to_bits());
             }
             (Call::Poll(lane), Answer::Polled(answer)) => {
                 let h = Head { lane: lane.map_or(NO_LANE, place), ..Head::new(tag::POLL, action::NOTHING) };
@@ -153,11 +182,11 @@ impl Books {
                     }
                     Some(Action::Dispatch(Dispatch { unit, .. })) => {
                         head(Head { code: action::DISPATCH, other: SPELLED, ..h });
-                        out.push(unit.to_bits());
+                        out.more(unit.to_bits());
                     }
                     Some(Action::Preempt(Dispatch { unit, .. })) => {
                         head(Head { code: action::PREEMPT, ..h });
-                        out.push(unit.to_bits());
+                        out.more(unit.to_bits());
                     }
                     Some(Action::Ended(outcome)) => {
                         head(Head { code: action::ENDED, ..h });
@@ -172,13 +201,13 @@ impl Books {
             (Call::Release { task, at, capture }, Answer::Released(answer)) => {
                 let h = Head::new(tag::RELEASE, code(answer, &RELEASE));
                 head(Head { other: u64::from(capture.is_some()), ..h });
-                out.push(task.to_bits().into());
-                out.push(back(entry.now, at));
+                out.more(task.to_bits().into());
+                out.more(back(entry.now, at));
                 if let Ok(job) = answer {
-                    out.push(job.to_bits().into());
+                    out.more(job.to_bits().into());
                 }
                 if let Some(capture) = capture {
-                    out.push(capture);
+                    out.more(capture);
                 }
             }
             (Call::TakeOutcome, Answer::Outcome(answer)) => {
@@ -189,17 +218,17 @@ impl Books {
             }
             (Call::Edit(number), Answer::Edited(answer)) => {
                 head(Head::new(tag::EDIT, code(answer, &COMMIT)));
-                out.push(number.into());
+                out.more(number.into());
             }
             (Call::Retire(lane), Answer::Done(yes)) => head(Head::new(tag::RETIRE, yes.into()).on(lane)),
             (Call::Restore(lane), Answer::Done(yes)) => head(Head::new(tag::RESTORE, yes.into()).on(lane)),
             (Call::Remove(task), Answer::Done(yes)) => {
                 head(Head::new(tag::REMOVE, yes.into()));
-                out.push(task.to_bits().into());
+                out.more(task.to_bits().into());
             }
             (Call::End, Answer::Counters(counters)) => {
                 head(Head::new(tag::END, 0));
-                numbers(&counters).into_iter().for_each(|number| out.push(number));
+                numbers(&counters).into_iter().for_each(|number| out.more(number));
             }
             // No call has another's answer: `Recorded` makes the pairs.
             _ => {}
@@ -208,6 +237,10 @@ impl Books {
 
     /// Reads the entry that begins with the next word. `None`: no entry is like that.
     pub(crate) fn decode<E>(&mut self, mut next: impl FnMut() -> Result<u64, E>) -> Result<Option<Entry>, E> {
+        if let Some(entry) = self.rest[0].take() {
+            self.rest.swap(0, 1);
+            return Ok(Some(entry));
+        }
         let mut word = next()?;
         if word == tag::TIME {
             self.now = Instant::from_nanos(next()?);
@@ -220,10 +253,11 @@ impl Books {
         let yes = Answer::Done(code != 0);
         let pair = match word & 15 {
             tag::COMPLETE => {
-                let last = asked.and_then(|lane| self.lanes.get(lane.index()).copied());
+                let last = asked.map(|lane| self.lanes[lane.index() % LANES]);
                 let unit = if asked.is_some() { last } else { Some(UnitId::from_bits(next()?)) };
                 unit.zip(result(code, &REPORT)).map(|(u, r)| (Call::Complete(u), Answer::Reported(r)))
             }
+            tag::TURN => asked.and_then(|lane| self.read_turn(code, lane, node)),
             tag::FAIL => {
                 let call = Call::Fail(UnitId::from_bits(next()?));
                 result(code, &REPORT).map(|answer| (call, Answer::Reported(answer)))
@@ -287,11 +321,12 @@ impl Books {
     }
 
     fn is_last(&self, unit: UnitId) -> bool {
-        self.lanes.get(unit.lane().index()) == Some(&unit)
+        self.lanes[unit.lane().index() % LANES] == unit
     }
 
-    fn is_next(&self, unit: UnitId) -> bool {
-        unit.to_bits() >> 16 == self.sequence + 1 && unit.lane().index() < self.lanes.len()
+    /// Units of the scheduler's own making are on one of its lanes.
+    const fn is_next(&self, unit: UnitId) -> bool {
+        unit.to_bits() >> 16 == self.sequence.wrapping_add(1)
     }
 
     /// The next unit, of this lane and node.
@@ -301,9 +336,7 @@ impl Books {
 
     fn started(&mut self, unit: UnitId) {
         self.sequence = unit.to_bits() >> 16;
-        if let Some(last) = self.lanes.get_mut(unit.lane().index()) {
-            *last = unit;
-        }
+        self.lanes[unit.lane().index() % LANES] = unit;
     }
 }
 
@@ -321,13 +354,13 @@ fn numbers(c: &Counters) -> [u64; 6] {
 }
 
 fn put_outcome(outcome: &Outcome, now: Instant, out: &mut Chunk) {
-    out.push(outcome.job.to_bits().into());
+    out.more(outcome.job.to_bits().into());
     let shed = SHED.iter().position(|reason| outcome.shed == Some(*reason)).map_or(0, |at| at as u64 + 1);
-    out.push(u64::from(outcome.task.to_bits()) << 4 | shed);
-    out.push(outcome.index);
-    out.push(back(now, outcome.release));
-    out.push(back(outcome.release, outcome.deadline));
-    out.push(back(now, outcome.at));
+    out.more(u64::from(outcome.task.to_bits()) << 4 | shed);
+    out.more(outcome.index);
+    out.more(back(now, outcome.release));
+    out.more(back(outcome.release, outcome.deadline));
+    out.more(back(now, outcome.at));
 }
 
 fn take_outcome<E>(now: Instant, mut next: impl FnMut() -> Result<u64, E>) -> Result<Option<Outcome>, E> {

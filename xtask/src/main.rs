@@ -24,6 +24,7 @@ usage: cargo xtask TASK
   test [STEP]...    every test there is, quick things first; STEPs: only these, --help lists them
   faults            the fault table: each row's test is run, and the table printed
   bench [ARG]...    what the scheduler costs beside its peers, measured now; --help tells the ARGs
+  soak [ARG]...     random workloads, edits and faults on real threads; --help tells the ARGs
   models [--check]  writes the demo's networks; --check compares the committed ones with their generator
 
 example: cargo xtask test fmt clippy
@@ -64,6 +65,7 @@ fn main() -> ExitCode {
             }
         }
         ["faults"] => finish(faults::run(&workspace)),
+        ["soak", ref rest @ ..] => finish(steps::soak(&workspace, rest)),
         ["models", ref rest @ ..] if matches!(rest, [] | ["--check"]) => {
             finish(tools::python(&workspace).and_then(|python| python.generate(rest)))
         }

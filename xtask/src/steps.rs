@@ -26,6 +26,11 @@ const STEPS: &[Step] = &[
     Step { name: "loom", what: "the synchronizers build with the model checker's primitives", run: loom },
     Step { name: "clippy", what: "no lint speaks, all targets and features", run: clippy },
     Step { name: "test", what: "unit, behaviour and documentation tests", run: test },
+    Step {
+        name: "soak",
+        what: "random workloads, edits and faults on real threads, for half a minute",
+        run: half_a_minute,
+    },
     Step { name: "doc", what: "the documentation builds without a warning", run: doc },
     Step { name: "models", what: "the networks are what their generator makes", run: models },
     Step { name: "onnx", what: "a second inference engine agrees on the networks", run: onnx },
@@ -85,6 +90,16 @@ fn clippy(workspace: &Workspace) -> Result<Tally, Failure> {
 fn test(workspace: &Workspace) -> Result<Tally, Failure> {
     // The rows of the fault table are a step of their own.
     workspace.cargo(&["test", "--workspace", "--no-fail-fast", "--", "--skip", "::row_"]).stream()
+}
+
+/// In the profile of the tests, whose checks a release leaves out.
+pub(crate) fn soak(workspace: &Workspace, arguments: &[&str]) -> Result<Tally, Failure> {
+    let run = ["run", "--quiet", "--profile", "test", "--package", "red-soak", "--"];
+    workspace.cargo(&run).args(arguments).stream()
+}
+
+fn half_a_minute(workspace: &Workspace) -> Result<Tally, Failure> {
+    soak(workspace, &["--seconds", "30"])
 }
 
 fn doc(workspace: &Workspace) -> Result<Tally, Failure> {

@@ -1,8 +1,9 @@
-//! The demo's networks travel inside the program and are unpacked for the time of a run.
+//! The demo's networks travel inside the program and are unpacked beside what the demo writes.
 
 use crate::outcome::Failure;
+use red_workload::shown_path;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 const MODELS: [(&str, &[u8]); 5] = [
     ("encoder.onnx", include_bytes!("../../../models/encoder.onnx")),
@@ -12,35 +13,16 @@ const MODELS: [(&str, &[u8]); 5] = [
     ("control.onnx", include_bytes!("../../../models/control.onnx")),
 ];
 
-/// A folder with the networks; it goes with this value.
-pub(crate) struct Models(PathBuf);
-
-impl Models {
-    /// Writes them into a folder of this process.
-    pub(crate) fn unpack() -> Result<Self, Failure> {
-        let folder = std::env::temp_dir().join(format!("redrt-demo-{}", std::process::id()));
-        let models = Self(folder.clone());
-        let write = || {
-            fs::create_dir_all(&folder)?;
-            MODELS.iter().try_for_each(|(name, bytes)| fs::write(folder.join(name), bytes))
-        };
-        write().map_err(|e| {
-            Failure::Machine(format!(
-                "cannot unpack the networks into {}: {e}; set TMPDIR to a folder that takes them",
-                folder.display()
-            ))
-        })?;
-        Ok(models)
-    }
-
-    pub(crate) fn folder(&self) -> &Path {
-        &self.0
-    }
-}
-
-impl Drop for Models {
-    fn drop(&mut self) {
-        // What cannot be removed stays in the folder for temporary files.
-        let _removed = fs::remove_dir_all(&self.0);
-    }
+/// Makes the folder, and writes the networks into it.
+pub(crate) fn unpack(folder: &Path) -> Result<(), Failure> {
+    let write = || {
+        fs::create_dir_all(folder)?;
+        MODELS.iter().try_for_each(|(name, bytes)| fs::write(folder.join(name), bytes))
+    };
+    write().map_err(|e| {
+        Failure::Machine(format!(
+            "cannot unpack the networks into `{}`: {e}; choose another folder with --out",
+            shown_path(folder)
+        ))
+    })
 }

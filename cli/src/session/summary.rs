@@ -63,7 +63,6 @@ pub(crate) struct RunSummary {
     /// Jobs or events that the tables had no room for.
     pub(crate) notes_dropped: u64,
     /// How much was recorded, if the run was.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) record: Option<Totals>,
     /// The signal that ended the run early.
     pub(crate) stopped_by: Option<&'static str>,

@@ -66,10 +66,27 @@ fn written(entries: &[Entry]) -> Chunk {
     let (mut books, mut chunk) = (Books::new(), Chunk::new());
     for entry in entries {
         let before = chunk.words().len();
+        // As `Recorded` does.
+        let is_usual = match (entry.call, entry.answer) {
+            (Call::Complete(unit), Answer::Reported(Ok(()))) => books.begin_turn(unit, entry.now),
+            (Call::Poll(Some(lane)), Answer::Polled(None)) => books.end_turn(lane, entry.now, &mut chunk),
+            (Call::Poll(Some(lane)), Answer::Polled(Some(Action::Dispatch(started)))) => {
+                books.go_on_turn(lane, started.unit, entry.now)
+            }
+            _ => false,
+        };
+        if is_usual {
+            continue;
+        }
+        if !books.is_near(entry.now) {
+            books.spell(entry.now, &mut chunk);
+        }
         books.encode(entry, &mut chunk);
         let words = chunk.words().len() - before;
-        assert!((1..=LONGEST).contains(&words), "{entry}: {words} words");
+        assert!(words <= LONGEST, "{entry}: {words} words");
     }
+    books.break_turn(&mut chunk);
+    assert_eq!(chunk.entries(), entries.len() as u64);
     chunk
 }
 
@@ -85,20 +102,53 @@ fn every_entry_comes_back_as_it_was_written() {
     assert_eq!(words.next(), None);
 }
 
+/// What a lane does at one turn after another.
+fn turns() -> Vec<Entry> {
+    let lane = LaneId::new(3);
+    let poll = |ns, action| at(ns, Call::Poll(Some(lane)), Answer::Polled(action));
+    let mut entries = vec![poll(5, None)];
+    for n in 1..5 {
+        let (ns, done) = (n * 10, Answer::Reported(Ok(())));
+        entries.push(at(ns, Call::Complete(unit(n - 1, 4, 3)), done));
+        entries.push(at(ns, Call::Poll(Some(lane)), start(unit(n, 4, 3))));
+        entries.push(poll(ns, None));
+    }
+    entries.push(at(60, Call::Complete(unit(4, 4, 3)), Answer::Reported(Ok(()))));
+    entries.push(poll(60, None));
+    // The first unit was not this scheduler's.
+    entries.remove(1);
+    entries
+}
+
 #[test]
-fn what_a_node_costs_is_three_words() {
-    let node = unit(1, 4, 0);
-    let entries = [
-        at(10, Call::Poll(Some(LaneId::new(0))), start(node)),
-        at(10, Call::Poll(Some(LaneId::new(0))), Answer::Polled(None)),
-        at(20, Call::Complete(node), Answer::Reported(Ok(()))),
-    ];
-    assert_eq!(written(&entries).words().len(), 3);
+fn a_turn_is_one_word() {
+    let chunk = written(&turns());
+    // Three turns go on, the last one does not; before them a poll, and the first unit with its poll.
+    assert_eq!(chunk.words().len(), 4 + 3);
+    assert_eq!(chunk.entries(), turns().len() as u64);
+}
+
+#[test]
+fn a_turn_that_goes_another_way_comes_back_as_it_was_written() {
+    // Everything else that may come, at every place of a turn.
+    for planted in all() {
+        for place in 0..=turns().len() {
+            let mut entries = turns();
+            entries.insert(place, planted);
+            let chunk = written(&entries);
+            let (mut books, mut words) = (Books::new(), chunk.words().iter().copied());
+            for entry in &entries {
+                let read = books.decode(|| words.next().ok_or(())).unwrap();
+                assert_eq!(read, Some(*entry), "{planted} at {place}");
+            }
+            assert_eq!(words.next(), None);
+        }
+    }
 }
 
 #[test]
 fn words_that_nobody_wrote_are_no_entry() {
-    for word in [11, 15, 4 | 9 << 4, 2 | 9 << 4 | 3 << 8, 7 | 63 << 8] {
+    for word in [12, 15, 11 | 63 << 8, 11 | 2 << 4, 4 | 9 << 4, 2 | 9 << 4 | 3 << 8, 7 | 63 << 8] {
         let mut words = [word, 0, 0, 0, 0, 0, 0].into_iter();
         assert_eq!(Books::new().decode(|| words.next().ok_or(())), Ok(None), "{word:#x}");
     }
