@@ -203,6 +203,9 @@ fn row_11_a_refinement_beyond_the_capacity_is_refused_and_the_unrefined_graph_ru
     let [_, stage, ..] = nodes::<3>();
     // Two nodes beside the stage, an encoder, and so five decoders at most.
     assert!(matches!(refine(&dag, stage, encoder, &[decoder; 6]), Err(RefineError::Full)));
+    // The last node too, behind which nothing else could tell that it is full.
+    let last = NodeId::new(2);
+    assert!(matches!(refine(&dag, last, encoder, &[decoder; 6]), Err(RefineError::Full)));
     assert_eq!(format!("{dag:?}"), before);
     assert_eq!(refine(&dag, stage, encoder, &[decoder; 5]).expect("eight nodes fit").dag.len(), 8);
     let (mut scheduler, task) = one_task(Config::REDRT, &dag, due(100));

@@ -4,6 +4,7 @@
 #[path = "../process/alone.rs"]
 mod alone;
 mod apart;
+mod cpus;
 mod execution;
 mod files;
 mod graph;

@@ -6,6 +6,9 @@ use red_rt::setup::Fifo;
 use std::process::Command;
 use std::{fs, thread};
 
+/// Limits of `prlimit` under which no thread gets a real-time priority.
+pub(crate) const NO_PRIORITY: [&str; 2] = ["--rtprio=0:0", "--nice=0:0"];
+
 /// The row cannot be tried on this machine: it fails, and the table says that it was not run, and why.
 pub(crate) fn not_run(why: &str) -> ! {
     panic!("not run: {why}");
