@@ -8,8 +8,8 @@
 #![cfg(not(loom))]
 
 use red_core::{
-    Action, Caps, Config, Dag, Duration, Instant, LaneId, Node, NodeId, Scheduler, ShedReason, TaskId, Timing,
-    UnitId, Wcet,
+    Action, Caps, Config, Dag, Duration, Instant, LaneId, Node, NodeId, Scheduler, ShedReason, TaskId,
+    Timing, UnitId, Wcet,
 };
 use red_sync::{Exclusive, Request, SharedScheduler};
 use shuttle::rand::{Rng, thread_rng};
@@ -127,10 +127,10 @@ impl Host {
             if let Some((_, job, node)) = mine {
                 let job = &mut notes.jobs[job];
                 assert!(!job.begun.contains(&node), "started twice");
-                let is_early = job
-                    .graph
-                    .nodes()
-                    .any(|from| job.graph.successors(from).contains(node.index()) && !job.done.contains(&from));
+                let is_early = job.graph.nodes().any(|from| {
+                    job.graph.successors(from).contains(node.index()) && !job.done.contains(&from)
+                });
+                assert!(!is_early, "started before a predecessor ended");
                 job.begun.push(node);
                 done = mine;
                 continue;
@@ -148,8 +148,10 @@ impl Host {
         let post = self.shared.producer(number).expect("nobody else posts");
         for _ in 0..JOBS_EACH {
             thread::yield_now();
+            let mut notes = self.notes.lock().expect("nobody panics");
             post.push(Request { task, at: Instant::ZERO, capture: None }).expect("there is room");
-            self.notes.lock().expect("nobody panics").posted += 1;
+            notes.posted += 1;
+            drop(notes);
             self.changed.notify_all();
         }
     }
@@ -185,8 +187,7 @@ fn run(forgets_an_edge: bool) {
         let nodes: Vec<NodeId> = known.nodes().collect();
         let _is_new = known.add_edge(nodes[0], nodes[nodes.len() - 1]);
     }
-    let notes =
-        Notes { graph: known, jobs: Vec::new(), ended: 0, inbox: [None; LANES], posted: 0, now: 0 };
+    let notes = Notes { graph: known, jobs: Vec::new(), ended: 0, inbox: [None; LANES], posted: 0, now: 0 };
     let host = Arc::new(Host {
         shared: SharedScheduler::new(scheduler),
         notes: Mutex::new(notes),
