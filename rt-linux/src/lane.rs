@@ -48,9 +48,7 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
                         break;
                     }
                 },
-                Next::Idle => {
-                    waiting.wait(self.number, &mut sleeper, || self.session(None, waiting.now()))
-                }
+                Next::Idle => waiting.wait(self.number, &mut sleeper, || self.session(None, waiting.now())),
                 Next::Leave => break,
             };
         }
