@@ -130,6 +130,7 @@ impl Host {
                 let is_early = job.graph.nodes().any(|from| {
                     job.graph.successors(from).contains(node.index()) && !job.done.contains(&from)
                 });
+                assert!(!is_early, "started before a predecessor ended");
                 job.begun.push(node);
                 done = mine;
                 continue;
@@ -147,8 +148,10 @@ impl Host {
         let post = self.shared.producer(number).expect("nobody else posts");
         for _ in 0..JOBS_EACH {
             thread::yield_now();
+            let mut notes = self.notes.lock().expect("nobody panics");
             post.push(Request { task, at: Instant::ZERO, capture: None }).expect("there is room");
-            self.notes.lock().expect("nobody panics").posted += 1;
+            notes.posted += 1;
+            drop(notes);
             self.changed.notify_all();
         }
     }

@@ -79,8 +79,8 @@ impl Seat {
             return None;
         }
         let work = self.read();
-        // Only one of a lane's threads wins. Release: partner of the Acquire in `discard`, after which the work
-        // may be overwritten. Acquire: the work of a thread before this one.
+        // Only one of a lane's threads wins. Release: partner of the Acquire above, and of that in `discard`, after which
+        // the work may be overwritten; as no load of ours may take effect after that, this is about load buffering.
         let won = self.own.taken.compare_exchange(taken, unit, Ordering::AcqRel, Ordering::Relaxed);
         won.is_ok().then(|| (UnitId::from_bits(unit), work))
     }
@@ -112,13 +112,14 @@ impl Seat {
 
     /// Whatever was handed so far is not to be run any more. To be called under the scheduler's lock.
     pub fn discard(&self) {
-        // Acquire: partner of the Release in `take`.
+        // Acquire: partner of the Release in `take`, against load buffering. Release: partner of the Acquire in `take`.
         self.own.taken.swap(self.unit.load(Ordering::Relaxed), Ordering::AcqRel);
     }
 
     /// Whether the lane still belongs to the thread of this number.
     pub fn is_of(&self, thread: u64) -> bool {
-        self.threads.load(Ordering::Acquire) == thread
+        // Relaxed: nothing is published with it.
+        self.threads.load(Ordering::Relaxed) == thread
     }
 
     /// The lane gave itself a unit.

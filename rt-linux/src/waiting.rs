@@ -73,13 +73,14 @@ impl Waiting {
 
     /// Asks all lanes to leave.
     pub fn stop(&self) {
-        self.stopping.store(true, Ordering::Release);
+        // Relaxed: the rings publish it to those who sleep, and the others look again.
+        self.stopping.store(true, Ordering::Relaxed);
         self.seats.iter().for_each(|seat| seat.bell.ring());
     }
 
     /// Whether a stop was asked for.
     pub fn is_stopping(&self) -> bool {
-        self.stopping.load(Ordering::Acquire)
+        self.stopping.load(Ordering::Relaxed)
     }
 
     /// When the clock brings something next, and how many jobs are in flight. To be called under the scheduler's
@@ -87,7 +88,8 @@ impl Waiting {
     /// [`Self::ring_keeper`] has to follow.
     pub fn plan(&self, wake_at: u64, jobs: usize) -> bool {
         self.jobs.store(jobs as u32, Ordering::Relaxed);
-        wake_at < self.wake_at.swap(wake_at, Ordering::AcqRel)
+        // Relaxed: `ring_keeper` publishes it where it matters.
+        wake_at < self.wake_at.swap(wake_at, Ordering::Relaxed)
     }
 
     /// Sleeps until there is a unit, the clock says so, or the run ends. `turn` is one turn with the scheduler.
@@ -104,7 +106,7 @@ impl Waiting {
             }
             if !self.knocked() {
                 let keeps = self.keep(lane);
-                let wake = self.wake_at.load(Ordering::Acquire);
+                let wake = self.wake_at.load(Ordering::Relaxed);
                 let until = (keeps && wake != u64::MAX).then(|| self.origin_ns.saturating_add(wake));
                 // Units come from lanes that run some: without a job in flight, there is nothing to spin for.
                 let spin_ns = if self.jobs.load(Ordering::Relaxed) == 0 { 0 } else { self.spin_ns };

@@ -56,8 +56,10 @@ pub(crate) fn run(workspace: &Workspace, files: &[&str]) -> Result<ExitCode, Fai
     let models = Models { workspace, root: &copy, deep: false };
     let (mut caught, mut beyond) = (0, 0);
     for (number, mutant) in mutants.iter().enumerate() {
-        let belongs: Vec<String> =
+        let mut belongs: Vec<String> =
             families.iter().filter(|(of, _)| *of == mutant.file).map(|(_, family)| family.clone()).collect();
+        // The file's own models first: they are the small ones.
+        belongs.sort_by_key(|family| !mutant.file.ends_with(&format!("/{family}.rs")));
         let verdict = try_one(&models, mutant, &belongs)?;
         match &verdict {
             Some(_) => caught += 1,
@@ -87,10 +89,12 @@ fn try_one(models: &Models<'_>, mutant: &Mutant, families: &[String]) -> Result<
     let changed = format!("{}{}{}", &text[..mutant.at.0], mutant.weak, &text[mutant.at.1..]);
     write(&path, &changed)?;
     let mut caught = None;
-    for model in models.build(families)? {
+    let mut built = models.build(families)?;
+    built.retain(|model| !model.is_planted());
+    built.sort_by_key(|model| families.iter().position(|family| *family == model.family));
+    for model in built {
         let row = models.run_one(&model);
-        // A planted fault that is no longer told in the same words is no catch.
-        if row.verdict == Verdict::Failed && !model.is_planted() {
+        if row.verdict == Verdict::Failed {
             caught = Some(row.name);
             break;
         }
