@@ -29,9 +29,10 @@ usage: cargo xtask TASK
 
   test [STEP]...    every test there is, quick things first; STEPs: only these, --help lists them; --deep: without
                     the bounds that keep them short
-  traces [--count N]  the same random workloads on every target, compared byte for byte; default 100
   bench [ARG]...    what the scheduler costs beside its peers, measured now; --help tells the ARGs
   soak [ARG]...     random workloads, edits and faults on real threads; --help tells the ARGs
+  traces [--count N]
+                    the same random workloads on every target, compared byte for byte; 100 unless told
   models [--check]  writes the demo's networks; --check compares the committed ones with their generator
 
 example: cargo xtask test fmt clippy
