@@ -37,6 +37,8 @@ const UNSAFE: &[(&str, &str)] = &[
     ("bodies/examples/measure.rs", "a counting allocator"),
     ("benches/src/machine.rs", "pins threads"),
     ("benches/src/peers/embassy.rs", "the hooks that the executor calls"),
+    ("examples/embassy-qemu/src/board.rs", "registers, and the vector table"),
+    ("examples/embassy-qemu/src/firmware.rs", "addresses that the linker gives"),
 ];
 
 /// Why a rule of the layers is broken at `line`.

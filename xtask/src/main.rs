@@ -33,7 +33,8 @@ usage: cargo xtask TASK
   test [STEP]...    every test there is, quick things first; STEPs: only these, --help lists them; --deep: without
                     the bounds that keep them short
   faults            the fault table: each row's test is run, and the table printed
-  traces [--count N]  the same random workloads on every target, compared byte for byte; default 100
+  traces [--count N]
+                    the same random workloads on every target, compared byte for byte; 100 unless told
   bench [ARG]...    what the scheduler costs beside its peers, measured now; --help tells the ARGs
   soak [ARG]...     random workloads, edits and faults on real threads; --help tells the ARGs
   loom [--deep] [MODEL]...

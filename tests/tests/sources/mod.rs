@@ -96,7 +96,7 @@ pub(crate) fn read_all() -> Vec<Source> {
     let mut files = Vec::new();
     for entry in fs::read_dir(root).expect("the workspace can be read") {
         let path = entry.expect("an entry").path();
-        if path.join("Cargo.toml").exists() {
+        if path.join("Cargo.toml").exists() || path.ends_with("examples") {
             collect(&path, &mut files);
         }
     }
