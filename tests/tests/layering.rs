@@ -35,6 +35,8 @@ const UNSAFE: &[(&str, &str)] = &[
     ("bodies/src/plugin.rs", "calls functions of shared objects"),
     ("bodies/src/clock.rs", "reads a thread's CPU clock"),
     ("bodies/examples/measure.rs", "a counting allocator"),
+    ("tests/symbols/src/lib.rs", "names in an object file"),
+    ("tests/symbols/src/bare.rs", "what a target without an operating system lacks"),
     ("benches/src/machine.rs", "pins threads"),
     ("benches/src/peers/embassy.rs", "the hooks that the executor calls"),
 ];

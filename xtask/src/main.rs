@@ -3,6 +3,7 @@
 mod process;
 mod report;
 mod steps;
+mod symbols;
 mod tools;
 mod workspace;
 

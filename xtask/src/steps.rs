@@ -4,6 +4,7 @@ use std::path::Path;
 
 use crate::process::Failure;
 use crate::report::Tally;
+use crate::symbols;
 use crate::tools::{self, MICROCONTROLLER};
 use crate::workspace::Workspace;
 
@@ -25,6 +26,11 @@ const STEPS: &[Step] = &[
     Step { name: "loom", what: "the synchronizers build with the model checker's primitives", run: loom },
     Step { name: "clippy", what: "no lint speaks, all targets and features", run: clippy },
     Step { name: "test", what: "unit, behaviour and documentation tests", run: test },
+    Step {
+        name: "symbols",
+        what: "no call of the release reaches a panic or an allocation",
+        run: symbols::check,
+    },
     Step { name: "doc", what: "the documentation builds without a warning", run: doc },
     Step { name: "models", what: "the networks are what their generator makes", run: models },
     Step { name: "onnx", what: "a second inference engine agrees on the networks", run: onnx },
