@@ -93,8 +93,17 @@ pub(crate) fn median(mut figures: Vec<f64>) -> Option<f64> {
 
 /// Median over the rounds of `row / reference`, each round divided by its own.
 pub(crate) fn ratio(row: &Row, reference: &Row) -> Option<f64> {
+    compare(row, reference, |figure, base| figure / base)
+}
+
+/// Median over the rounds of `row - reference`, each round less its own.
+pub(crate) fn difference(row: &Row, reference: &Row) -> Option<f64> {
+    compare(row, reference, |figure, base| figure - base)
+}
+
+fn compare(row: &Row, reference: &Row, how: impl Fn(f64, f64) -> f64) -> Option<f64> {
     let (Ok(row), Ok(reference)) = (&row.rounds, &reference.rounds) else { return None };
-    median(row.iter().zip(reference).map(|(figure, base)| figure / base).collect())
+    median(row.iter().zip(reference).map(|(figure, base)| how(*figure, *base)).collect())
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 mod frame;
 mod lanes;
 mod one_lane;
+mod recorded;
 
 use red_core::{BestCase, Capacity, Config, Dag, Duration, Node, PoolId, Scheduler, TaskId, Timing, Wcet};
 
@@ -44,6 +45,18 @@ pub(crate) fn bare(setup: &Setup<'_>) -> Result<Runner, NotRun> {
 pub(crate) fn observed(setup: &Setup<'_>) -> Result<Runner, NotRun> {
     use one_lane::build;
     fitted!(build, setup, lanes 1, events 1024, Config::REDRT)
+}
+
+/// One lane through the recorder, with a tape.
+pub(crate) fn recorded(setup: &Setup<'_>) -> Result<Runner, NotRun> {
+    use recorded::build;
+    fitted!(build, setup, lanes 1, events 0, true)
+}
+
+/// The same run without a tape.
+pub(crate) fn not_recorded(setup: &Setup<'_>) -> Result<Runner, NotRun> {
+    use recorded::build;
+    fitted!(build, setup, lanes 1, events 0, false)
 }
 
 /// Two lanes under one lock.

@@ -81,6 +81,13 @@ pub(crate) const RELEASED_FROM_OUTSIDE: &[Contestant] = &[
     Contestant::ours("RED", ours::from_outside),
 ];
 
+/// The reference of what recording costs.
+pub(crate) const NOT_RECORDED: &str = "not recorded";
+
+/// One lane with every input recorded, and without.
+pub(crate) const RECORDED: &[Contestant] =
+    &[Contestant::peer(NOT_RECORDED, ours::not_recorded), Contestant::ours("recorded", ours::recorded)];
+
 fn ideal(setup: &Setup<'_>) -> Result<Runner, NotRun> {
     let (body, bodies) = (setup.body, setup.graph.makespan(setup.lanes));
     Ok(timed(move |runs| (0..runs * bodies).for_each(|node| body.run(node))))

@@ -12,7 +12,9 @@ use crate::growth;
 use crate::handoff;
 use crate::machine::Machine;
 use crate::measure::{Plan, Row, interleave};
-use crate::peers::{Contestant, EMBASSY, IDEAL, ONE_LANE, RELEASED_FROM_OUTSIDE, Setup, TWO_LANES};
+use crate::peers::{
+    Contestant, EMBASSY, IDEAL, NOT_RECORDED, ONE_LANE, RECORDED, RELEASED_FROM_OUTSIDE, Setup, TWO_LANES,
+};
 use crate::queue;
 use crate::table::{Must, Outcome, Table};
 use crate::timer;
@@ -32,6 +34,7 @@ pub(crate) const SECTIONS: &[Section] = &[
     ("dispatch", dispatch),
     ("instructions", instructions),
     ("lanes", lanes),
+    ("record", record),
     ("frame", frame),
     ("handoff", handoff),
     ("timer", timer),
@@ -109,6 +112,21 @@ fn lanes(bench: &Bench) -> Outcome {
         Some(table.print())
     });
     tables.sum()
+}
+
+fn record(bench: &Bench) -> Outcome {
+    let Some(graph) = Graph::named("layered256") else { return Outcome::default() };
+    let body = Body::calibrated(2_000);
+    let setup = Setup { graph: &graph, lanes: 1, body, machine: bench.machine };
+    let plan = Plan { rounds: bench.rounds(), samples: 9, runs: 2, units: graph.nodes() };
+    Table {
+        title: "every input recorded, layered256, one lane, bodies of 2 us".to_owned(),
+        unit: "ns/node",
+        reference: NOT_RECORDED,
+        must: &[Must::Over { ratio: 1.01, figure: 8.0 }],
+        rows: field(RECORDED, &setup, &plan),
+    }
+    .print()
 }
 
 fn frame(bench: &Bench) -> Outcome {

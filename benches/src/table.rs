@@ -3,7 +3,7 @@
 use std::fmt;
 use std::iter::Sum;
 
-use crate::measure::{Row, median, ratio};
+use crate::measure::{Row, difference, median, ratio};
 
 /// How to read the tables.
 pub(crate) const LEGEND: &str = "\
@@ -20,6 +20,8 @@ pub(crate) enum Must {
     RatioBelowPeers(f64),
     /// At most this figure, in the unit of the table.
     Figure(f64),
+    /// At most this many times the reference, and at most this much above it.
+    Over { ratio: f64, figure: f64 },
     /// Nothing: the row is there to be seen.
     Nothing,
 }
@@ -57,6 +59,7 @@ impl fmt::Display for Must {
             Self::Ratio(bound) => write!(out, "{bound:.2} x"),
             Self::RatioBelowPeers(bound) => write!(out, "{bound:.2} x and below all"),
             Self::Figure(bound) => write!(out, "{bound}"),
+            Self::Over { ratio, figure } => write!(out, "{ratio:.2} x, +{figure}"),
             Self::Nothing => write!(out, "-"),
         }
     }
@@ -119,11 +122,18 @@ impl Table<'_> {
         ratio(row, self.rows.iter().find(|row| row.name == self.reference)?)
     }
 
+    fn above_reference(&self, row: &Row) -> Option<f64> {
+        difference(row, self.rows.iter().find(|row| row.name == self.reference)?)
+    }
+
     /// Whether `row` keeps the bound; `None` where the figures do not tell.
     fn verdict(&self, row: &Row, must: Option<Must>) -> Option<Verdict<'_>> {
         let kept = match must? {
             Must::Nothing => return None,
             Must::Figure(bound) => median(row.rounds.clone().ok()?)? <= bound,
+            Must::Over { ratio, figure } => {
+                self.over_reference(row)? <= ratio && self.above_reference(row)? <= figure
+            }
             Must::Ratio(bound) | Must::RatioBelowPeers(bound) => self.over_reference(row)? <= bound,
         };
         Some(match must? {

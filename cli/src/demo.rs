@@ -78,6 +78,7 @@ pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
             duration_ns: args.duration,
             best_effort: true,
             trace: true,
+            record: None,
             obstacle_ns: Some(plan.obstacle_ns),
         };
         sessions.push(watch(&source, &options)?);

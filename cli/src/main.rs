@@ -14,6 +14,7 @@ mod output;
 mod plan;
 mod profile;
 mod progress;
+mod replay;
 mod run;
 mod session;
 mod sim;
@@ -53,6 +54,7 @@ enum Command {
     Plan(plan::Args),
     Sim(sim::Args),
     Run(run::Args),
+    Replay(replay::Args),
     Profile(profile::Args),
     Doctor(doctor::Args),
 }
@@ -67,6 +69,7 @@ fn main() -> ExitCode {
         Command::Plan(args) => plan::main(&args),
         Command::Sim(args) => sim::main(&args),
         Command::Run(args) => run::main(&args),
+        Command::Replay(args) => replay::main(&args),
         Command::Profile(args) => profile::main(&args),
         Command::Doctor(args) => doctor::main(&args),
     };

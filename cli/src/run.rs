@@ -40,6 +40,9 @@ pub(crate) struct Args {
     /// Write a trace for Perfetto or chrome://tracing.
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
+    /// Write every input of the scheduler to a log for `redrt replay`.
+    #[arg(long, value_name = "FILE")]
+    record: Option<PathBuf>,
     /// Go on without real-time rights; every output says so.
     #[arg(long)]
     best_effort: bool,
@@ -59,15 +62,27 @@ pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
         duration_ns: args.duration,
         best_effort: args.best_effort,
         trace: args.trace.is_some(),
+        record: args.record.as_deref(),
         obstacle_ns: None,
     };
-    if let Some(path) = &args.trace {
+    let outputs = [("--trace", &args.trace), ("--record", &args.record)];
+    for (option, path) in outputs.iter().filter_map(|(option, path)| Some((option, path.as_ref()?))) {
         if is_same_file(path, &args.file) {
             return Err(Failure::Input(format!(
-                "--trace `{}` is the workload file itself; give the trace a file of its own",
+                "{option} `{}` is the workload file itself; give it a file of its own",
                 shown_path(path)
             )));
         }
+    }
+    if let (Some(trace), Some(record)) = (&args.trace, &args.record)
+        && (trace == record || is_same_file(trace, record))
+    {
+        return Err(Failure::Input(format!(
+            "--trace and --record both name `{}`; give each a file of its own",
+            shown_path(trace)
+        )));
+    }
+    if let Some(path) = &args.trace {
         // A place that takes no trace is refused before time is spent.
         File::options()
             .append(true)
@@ -87,6 +102,9 @@ pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
             "trace: {} (open it in ui.perfetto.dev)",
             path.to_string_lossy().escape_debug()
         ));
+    }
+    if let Some(record) = &session.record {
+        output::note(&record.words());
     }
     let missed: u64 = session.summary.report.tasks.iter().map(|t| t.missed).sum();
     Ok(Answer::of(!args.strict || missed == 0))
@@ -111,7 +129,7 @@ impl From<SessionError> for Failure {
 }
 
 /// Runs with the live view.
-pub(crate) fn watch(source: &Source, options: &Options) -> Result<Session, Failure> {
+pub(crate) fn watch(source: &Source, options: &Options<'_>) -> Result<Session, Failure> {
     let title = options.policy.name().to_uppercase();
     let lanes = session::lane_titles(&source.workload);
     let view = RefCell::new(View::new(title, options.duration_ns, options.obstacle_ns, lanes));

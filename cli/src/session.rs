@@ -3,12 +3,14 @@
 pub(crate) mod bodies;
 mod faults;
 pub(crate) mod host;
+pub(crate) mod record;
 mod sub_deadlines;
 mod summary;
 pub(crate) mod trace;
 
 use bodies::{Bodies, BodiesError};
 use host::{Live, Notes};
+use record::{Recorded, Recording};
 use red_bodies::onnx::on_lane;
 use red_bodies::plugin::Host as PluginHost;
 use red_core::{Config, Empty, Scheduler, TaskId};
@@ -22,6 +24,7 @@ use red_workload::build::{self, BuildError, Numbered};
 use red_workload::model::{Arrival, PoolKind, Workload};
 use red_workload::policy::Policy;
 use std::fmt;
+use std::path::Path;
 use std::sync::{Arc, OnceLock};
 use sub_deadlines::SubDeadlines;
 pub(crate) use summary::RunSummary;
@@ -39,7 +42,7 @@ const TRACE_EVENTS: usize = 2_000_000;
 
 /// What to run, and how.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Options {
+pub(crate) struct Options<'a> {
     /// Policy.
     pub(crate) policy: Policy,
     /// Releases stop after this.
@@ -48,6 +51,8 @@ pub(crate) struct Options {
     pub(crate) best_effort: bool,
     /// Whether to keep events for a trace.
     pub(crate) trace: bool,
+    /// Where every input of the scheduler goes.
+    pub(crate) record: Option<&'a Path>,
     /// While an obstacle is in sight of the generated camera: from, until.
     pub(crate) obstacle_ns: Option<(u64, u64)>,
 }
@@ -61,6 +66,8 @@ pub(crate) enum SessionError {
     Bodies(BodiesError),
     /// The machine lacks a right or a resource.
     Machine(SetupError),
+    /// The log cannot be written.
+    Record(String),
     /// A pool of CUDA streams, and no CUDA lanes in this version.
     Cuda(String),
 }
@@ -72,7 +79,7 @@ impl SessionError {
         match self {
             Self::Machine(_) | Self::Cuda(_) => 3,
             Self::Bodies(error) if error.is_of_machine() => 3,
-            Self::Build(_) | Self::Bodies(_) => 2,
+            Self::Build(_) | Self::Bodies(_) | Self::Record(_) => 2,
         }
     }
 }
@@ -83,6 +90,7 @@ impl fmt::Display for SessionError {
             Self::Build(e) => e.fmt(f),
             Self::Bodies(e) => e.fmt(f),
             Self::Machine(e) => e.fmt(f),
+            Self::Record(e) => f.write_str(e),
             Self::Cuda(pool) => {
                 write!(
                     f,
@@ -118,6 +126,8 @@ pub(crate) struct Session {
     pub(crate) hung: u64,
     /// Sub-deadlines of what ran; empty where no trace was asked for.
     pub(crate) sub_deadlines: Arc<SubDeadlines>,
+    /// The log, if the run was recorded.
+    pub(crate) record: Option<Recorded>,
     /// When it ended.
     pub(crate) end_ns: u64,
     /// To the end of whoever has the run: no Ctrl-C costs its summary.
@@ -162,7 +172,7 @@ pub(crate) enum Progress {
 /// [`SessionError`]; nothing ran then.
 pub(crate) fn execute(
     source: &Source,
-    options: &Options,
+    options: &Options<'_>,
     ready: impl FnOnce(&Mode, &[Vec<Numbered>], Option<&SetupError>),
     mut progress: impl FnMut(Progress, u64, &Live),
 ) -> Result<Session, SessionError> {
@@ -193,6 +203,7 @@ pub(crate) fn execute(
     // A unit has two events at least.
     let sub_deadlines = SubDeadlines::new(lanes, events / 2);
     let notes = Notes::new(tasks.clone(), deadlines, plan.changes, &jobs, events, live.clone());
+    let (record, tape) = Recording::start(source, options, &mode)?.unzip();
     let setup = Setup {
         scheduler,
         lanes,
@@ -200,6 +211,7 @@ pub(crate) fn execute(
         releases: releases(workload, &tasks),
         duration_ns: options.duration_ns,
         drain_ns,
+        tape,
         handlers: handlers(bodies.clone(), options.trace.then(|| sub_deadlines.clone())),
         enclose: Arc::new(|main| {
             // What keeps a lane's thread from starting is told by the lanes that never report.
@@ -215,8 +227,9 @@ pub(crate) fn execute(
         progress(Progress::Running, now, &live);
     });
     let (notes, figures) = finished.map_err(SessionError::Machine)?;
+    let record = record.map(Recording::finish);
     progress(Progress::Ended, end_ns, &live);
-    let summary = summary(workload, options, &notes, &figures, end_ns);
+    let summary = summary(workload, options, &notes, &figures, record.as_ref().map(|r| r.totals), end_ns);
     let faults = notes.faults.words(&names, &plan.nodes, &bodies.said(), &figures.panics, figures.hung);
     Ok(Session {
         summary,
@@ -229,6 +242,7 @@ pub(crate) fn execute(
         edits,
         lanes: lane_titles(workload),
         sub_deadlines,
+        record,
         end_ns,
         _signals,
     })

@@ -50,6 +50,7 @@ fn a_panic_fails_its_own_job_and_the_lane_goes_on() {
         releases: vec![Releases { task, first_ns: 0, period_ns: Some(10_000_000) }],
         duration_ns: 45_000_000,
         drain_ns: 20_000_000_000,
+        tape: None,
         handlers: Arc::new(|_lane| Box::new(Panics)),
         enclose: Arc::new(|main| main()),
     };

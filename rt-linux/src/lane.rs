@@ -17,6 +17,7 @@ use crate::usage::Usage;
 use crate::watchdog::Bound;
 use core::sync::atomic::Ordering;
 use red_core::{Action, Capacity, Instant, LaneId, ReleaseError, Scheduler, UnitId};
+use red_record::Recorded;
 use red_sync::{Exclusive, Requests};
 
 /// Bound of a body: this many times its WCET, and a fixed part.
@@ -112,15 +113,16 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
     fn session(&mut self, done: Option<(UnitId, bool)>, begin: u64) -> Next {
         let shared = self.shared;
         let turn = shared.scheduler.with(|scheduler, requests| {
-            shared.host.with(|(timeline, host)| {
+            shared.host.with(|held| {
                 // A body that came back after the end of the run finds nobody any more.
-                let host = host.as_mut()?;
+                let host = held.host.as_mut()?;
+                let scheduler = &mut Recorded::new(scheduler, held.tape.as_mut());
                 // Read under the lock, so that time goes the way of the lock.
                 let now = Instant::from_nanos(shared.now());
                 self.report(scheduler, host, done, now);
                 let goes_on = !shared.stopping.load(Ordering::Acquire);
-                let turn =
-                    goes_on.then(|| self.decide(scheduler, requests, timeline, host, done.is_some(), now));
+                let turn = goes_on
+                    .then(|| self.decide(scheduler, requests, &mut held.timeline, host, done.is_some(), now));
                 while let Some(event) = scheduler.take_event() {
                     host.event(event);
                 }
@@ -140,7 +142,13 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
     }
 
     /// What ended, and which lanes were lost or got a spare.
-    fn report(&self, scheduler: &mut Scheduler<C>, host: &mut H, done: Option<(UnitId, bool)>, now: Instant) {
+    fn report(
+        &self,
+        scheduler: &mut Recorded<'_, C>,
+        host: &mut H,
+        done: Option<(UnitId, bool)>,
+        now: Instant,
+    ) {
         self.shared.fail_overdue(scheduler, now);
         if done.is_none() {
             self.shared.take_over(scheduler, self.number, self.thread);
@@ -159,7 +167,7 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
     /// Releases what is due and fills the lanes. This lane's unit, and whether the clock's next instant came nearer.
     fn decide(
         &self,
-        scheduler: &mut Scheduler<C>,
+        scheduler: &mut Recorded<'_, C>,
         requests: &mut Requests<'_, DEPTH>,
         timeline: &mut Timeline,
         host: &mut H,

@@ -9,13 +9,14 @@ use crate::pi_lock::PiLock;
 use crate::report::{LaneFigures, RunReport};
 use crate::seat::Seat;
 use crate::setup::{self, Fifo, SetupError};
-use crate::shared::Shared;
+use crate::shared::{Held, Shared};
 use crate::stop::StopSignals;
 use crate::threads::{Gate, NO_HOST, Starter, start_all};
 use crate::timeline::{Host, Releases, Timeline};
 use crate::watchdog::{Slot, Watchdog};
 use core::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use red_core::{Capacity, Instant, Scheduler, TaskId};
+use red_record::{Recorded, Tape};
 use red_sync::{Exclusive, Request, SharedScheduler, TicketLock};
 use std::sync::Arc;
 
@@ -67,6 +68,8 @@ pub struct Setup<C: Capacity> {
     pub duration_ns: u64,
     /// At most so long.
     pub drain_ns: u64,
+    /// Where every input of the scheduler goes, if the run is recorded; [`run`] drops it at the end.
+    pub tape: Option<Tape>,
     /// The bodies.
     pub handlers: Arc<Handlers>,
     /// Around a lane's main.
@@ -132,7 +135,7 @@ where
 {
     let signals = StopSignals::install()?;
     keep_of_bodies();
-    let Setup { scheduler, lanes, mode, releases, duration_ns, drain_ns, handlers, enclose } = setup;
+    let Setup { scheduler, lanes, mode, releases, duration_ns, drain_ns, tape, handlers, enclose } = setup;
     let realtime = matches!(mode, Mode::RealTime { .. });
     setup::malloc_for_real_time()?;
     if realtime {
@@ -147,7 +150,11 @@ where
     let slots: Arc<[Slot]> = (0..lanes).map(|_| Slot::new()).collect();
     let shared = Arc::new(Shared::<C, H, L> {
         scheduler: SharedScheduler::new(*scheduler),
-        host: TicketLock::new((Timeline::new(&releases, duration_ns), Some(host))),
+        host: TicketLock::new(Held {
+            timeline: Timeline::new(&releases, duration_ns),
+            host: Some(host),
+            tape,
+        }),
         seats: (0..lanes).map(|_| Seat::default()).collect(),
         slots: slots.clone(),
         stopping: AtomicBool::new(false),
@@ -216,12 +223,14 @@ where
     }
     drop(watchdog);
     let host = shared.scheduler.with(|scheduler, _| {
-        shared.host.with(|(timeline, host)| {
-            let mut host = host.take()?;
+        shared.host.with(|held| {
+            let (mut host, mut tape) = (held.host.take()?, held.tape.take());
+            let scheduler = &mut Recorded::new(scheduler, tape.as_mut());
             if stopped_by.is_none() {
                 // What no lane came to within the bound is told as released, too.
-                timeline.release(scheduler, &mut host, Instant::from_nanos(now));
+                held.timeline.release(scheduler, &mut host, Instant::from_nanos(now));
             }
+            scheduler.end();
             Some(host)
         })
     });

@@ -7,6 +7,7 @@ use crate::timeline::Timeline;
 use crate::watchdog::Slot;
 use core::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use red_core::{Capacity, Instant, LaneId, Scheduler};
+use red_record::{Recorded, Tape};
 use red_sync::{Exclusive, SharedScheduler, TicketLock};
 use std::sync::Arc;
 
@@ -14,11 +15,20 @@ use std::sync::Arc;
 const PRODUCERS: usize = 8;
 pub(crate) const DEPTH: usize = 64;
 
+/// What goes with the scheduler.
+pub(crate) struct Held<H> {
+    pub(crate) timeline: Timeline,
+    /// Leaves at the end of the run.
+    pub(crate) host: Option<H>,
+    /// Of a run that is recorded; leaves at its end.
+    pub(crate) tape: Option<Tape>,
+}
+
 /// What lanes share.
 pub(crate) struct Shared<C: Capacity, H, L: Exclusive<Scheduler<C>>> {
     pub(crate) scheduler: SharedScheduler<C, L, PRODUCERS, DEPTH>,
-    /// Only taken by who holds the scheduler's lock, so it never waits. The host leaves at the end of the run.
-    pub(crate) host: TicketLock<(Timeline, Option<H>)>,
+    /// Only taken by who holds the scheduler's lock, so it never waits.
+    pub(crate) host: TicketLock<Held<H>>,
     pub(crate) seats: Vec<Seat>,
     pub(crate) slots: Arc<[Slot]>,
     pub(crate) stopping: AtomicBool,
@@ -51,7 +61,7 @@ impl<C: Capacity, H, L: Exclusive<Scheduler<C>>> Shared<C, H, L> {
     }
 
     /// Fails the units of lanes whose bodies passed their bounds; their lanes start nothing until a spare comes.
-    pub(crate) fn fail_overdue(&self, scheduler: &mut Scheduler<C>, now: Instant) {
+    pub(crate) fn fail_overdue(&self, scheduler: &mut Recorded<'_, C>, now: Instant) {
         for (i, seat) in self.seats.iter().enumerate() {
             // Relaxed first: the flag is hardly ever set.
             if seat.overdue.load(Ordering::Relaxed) && seat.overdue.swap(false, Ordering::AcqRel) {
@@ -63,7 +73,7 @@ impl<C: Capacity, H, L: Exclusive<Scheduler<C>>> Shared<C, H, L> {
     }
 
     /// A spare takes its lane over. To be called under the lock, after [`Self::fail_overdue`].
-    pub(crate) fn take_over(&self, scheduler: &mut Scheduler<C>, lane: usize, thread: u64) {
+    pub(crate) fn take_over(&self, scheduler: &mut Recorded<'_, C>, lane: usize, thread: u64) {
         let (bit, seat) = (1 << lane, &self.seats[lane]);
         // Acquire: the bit is set after the thread was. The thread that hung may come here too; it would take over
         // before the lane was retired.

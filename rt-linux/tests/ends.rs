@@ -88,6 +88,7 @@ impl<B: Fn() + Send + Sync + Clone + 'static, W: Fn(&Work) + Send + Sync + Clone
             releases: vec![Releases { task, first_ns: 0, period_ns: Some(PERIOD_NS) }],
             duration_ns: self.duration_ns,
             drain_ns: self.drain_ns,
+            tape: None,
             handlers: Arc::new(move |_| Box::new(Does { begin: begin.clone(), body: body.clone() })),
             enclose: Arc::new(|main| main()),
         };

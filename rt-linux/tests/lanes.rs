@@ -75,6 +75,7 @@ fn run_chain(
         releases: period_ns.map(|p| Releases { task, first_ns: p, period_ns }).into_iter().collect(),
         duration_ns: duration.as_nanos() as u64,
         drain_ns: FAR.as_nanos() as u64,
+        tape: None,
         handlers: Arc::new(move |_| -> Box<dyn Handler> { Box::new(Noted { ran: notes.clone(), body }) }),
         enclose: Arc::new(|main: Box<dyn FnOnce() + Send>| main()),
     };

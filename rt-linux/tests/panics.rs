@@ -55,6 +55,7 @@ fn a_panic_is_told_in_the_report_and_not_by_the_hook() {
         releases: vec![Releases { task, first_ns: 0, period_ns: Some(1_000_000) }],
         duration_ns: 4_000_000,
         drain_ns: 60_000_000_000,
+        tape: None,
         handlers: Arc::new(|_| Box::new(Panics)),
         enclose: Arc::new(|main| main()),
     };

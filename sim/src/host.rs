@@ -2,6 +2,7 @@
 
 use crate::Lab;
 use crate::execution::Execution;
+use crate::past::Past;
 use crate::report::{Report, Row, Shed};
 use red_core::{
     Action, BestCase, CommitError, Config, Dispatch, Empty, Instant, JobId, Member, NodeId, Outcome,
@@ -9,7 +10,7 @@ use red_core::{
 };
 use red_workload::build::{self, BuildError, Change, Numbered, Plan};
 use red_workload::metrics::TaskLog;
-use red_workload::model::{Arrival, Part, SyncGrid, Work, Workload};
+use red_workload::model::{Arrival, Part, SyncGrid, Task, Work, Workload};
 use red_workload::policy::Policy;
 use std::collections::{BTreeMap, HashMap, VecDeque};
 use std::fmt;
@@ -53,7 +54,21 @@ impl std::error::Error for SimError {}
 /// # Errors
 /// [`SimError`]; files that `red_workload` accepted fail only on the number of sensor periods.
 pub fn simulate(workload: &Workload, options: &Options) -> Result<Report, SimError> {
-    let mut host = Host::new(workload, options).map_err(SimError::Build)?;
+    let timed = with_best_cases(workload, options.execution);
+    let config = Config { best_case: BestCase::Declared, ..options.policy.config() };
+    let mut host = Host::new(workload, &timed, config, options, None).map_err(SimError::Build)?;
+    host.run();
+    Ok(host.report())
+}
+
+/// Simulates a workload whose releases and execution times are those of a run; `options` may ask for what was otherwise
+/// in it. Its seed and execution-time model have no meaning here.
+///
+/// # Errors
+/// [`SimError`], where `workload` was changed to what the executive has no room for.
+pub fn simulate_past(workload: &Workload, past: &Past, options: &Options) -> Result<Report, SimError> {
+    let config = options.policy.config();
+    let mut host = Host::new(workload, workload, config, options, Some(past)).map_err(SimError::Build)?;
     host.run();
     Ok(host.report())
 }
@@ -78,6 +93,7 @@ pub(crate) struct Host<'a> {
     pub(crate) waiting: VecDeque<Change>,
     /// Next release of each task.
     pub(crate) next_release: Vec<Option<u64>>,
+    past: Option<&'a Past>,
     /// By (finish, lane): pools' lanes are numbered in file order.
     pub(crate) running: BTreeMap<(u64, usize), Running>,
     /// What is left of preempted sub-jobs.
@@ -94,12 +110,20 @@ pub(crate) struct Host<'a> {
 }
 
 impl<'a> Host<'a> {
-    fn new(workload: &'a Workload, options: &'a Options) -> Result<Self, BuildError> {
+    fn new(
+        workload: &'a Workload,
+        timed: &Workload,
+        config: Config,
+        options: &'a Options,
+        past: Option<&'a Past>,
+    ) -> Result<Self, BuildError> {
         let mut scheduler: Box<Scheduler<Lab>> = Box::new(Scheduler::EMPTY);
-        let timed = with_best_cases(workload, options.execution);
-        let config =
-            Config { preempt: options.preempt, best_case: BestCase::Declared, ..options.policy.config() };
-        let (plan, tasks): (Plan<Lab>, _) = build::admit(&mut scheduler, &timed, config)?;
+        let config = Config { preempt: options.preempt, ..config };
+        let (plan, tasks): (Plan<Lab>, _) = build::admit(&mut scheduler, timed, config)?;
+        let first_release = |(i, task): (usize, &Task)| match past {
+            Some(past) => past.release(i, 0),
+            None => Some(task.offset_ns),
+        };
         let mut first_lane = Vec::new();
         let mut lanes = 0;
         for pool in &workload.pools {
@@ -115,7 +139,8 @@ impl<'a> Host<'a> {
             nodes: plan.nodes,
             changes: plan.changes.into(),
             waiting: VecDeque::new(),
-            next_release: workload.tasks.iter().map(|t| Some(t.offset_ns)).collect(),
+            next_release: workload.tasks.iter().enumerate().map(first_release).collect(),
+            past,
             running: BTreeMap::new(),
             suspended: HashMap::new(),
             barrier: workload.sync.filter(|_| options.policy.has_barrier()),
@@ -219,11 +244,15 @@ impl<'a> Host<'a> {
                     continue;
                 }
             }
-            self.next_release[i] = match task.arrival {
-                Arrival::Periodic { period_ns: t } | Arrival::Sporadic { min_interarrival_ns: t } => {
+            self.next_release[i] = match (self.past, task.arrival) {
+                // Of one instant, they come one after the other.
+                (Some(past), _) => {
+                    past.release(i, self.logs[i].jobs().len()).map(|at| at.max(now.as_nanos()))
+                }
+                (None, Arrival::Periodic { period_ns: t } | Arrival::Sporadic { min_interarrival_ns: t }) => {
                     now.as_nanos().checked_add(t)
                 }
-                Arrival::Once => None,
+                (None, Arrival::Once) => None,
             };
         }
         self.note_events();
@@ -264,12 +293,9 @@ impl<'a> Host<'a> {
         let cost = self.suspended.remove(&(unit.first.job, unit.first.node)).unwrap_or_else(|| {
             let draw = |m: Member| {
                 let task = m.task.index();
-                self.options.execution.draw(
-                    self.options.seed,
-                    task,
-                    m.index,
-                    &self.nodes[task][m.node.index()],
-                )
+                let node = &self.nodes[task][m.node.index()];
+                let drawn = || self.options.execution.draw(self.options.seed, task, m.index, node);
+                self.past.map_or_else(drawn, |past| past.time(task, m.index, node))
             };
             self.scheduler.members(started.unit).map(draw).max().unwrap_or(0)
         });

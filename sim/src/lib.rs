@@ -4,11 +4,13 @@
 
 mod execution;
 mod host;
+mod past;
 mod report;
 mod rows;
 
 pub use execution::Execution;
-pub use host::{Options, SimError, simulate};
+pub use host::{Options, SimError, simulate, simulate_past};
+pub use past::Past;
 pub use report::{PoolMetrics, Report, Row, Shed};
 
 /// Capacities of the host: the limits of a workload file.

@@ -58,6 +58,8 @@ pub fn parse(text: &[u8], format: Format, name: &str) -> Result<Workload, LoadEr
 pub struct Source {
     /// What the text says.
     pub workload: Workload,
+    /// The language of the text.
+    pub format: Format,
     path: PathBuf,
     text: Vec<u8>,
     bodies_at: BodiesAt,
@@ -87,7 +89,20 @@ impl Source {
         let text = text::after_mark(text);
         let (workload, bodies_at) =
             workload(text, format).map_err(|fault| LoadError::inside(&name, text, fault))?;
-        Ok(Self { workload, path: path.to_owned(), text: text.to_owned(), bodies_at })
+        Ok(Self { workload, format, path: path.to_owned(), text: text.to_owned(), bodies_at })
+    }
+
+    /// The path that it was read from, or the name that stands for one.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The text.
+    #[must_use]
+    pub fn text(&self) -> &str {
+        // It was read as text before.
+        str::from_utf8(&self.text).unwrap_or_default()
     }
 
     /// The folder of the file, in which the files of bodies are.

@@ -53,6 +53,7 @@ fn on_a_lane(machine: &'static Machine, duration: Duration) -> Result<Lateness, 
         releases: vec![Releases { task, first_ns: period_ns, period_ns: Some(period_ns) }],
         duration_ns,
         drain_ns: period_ns,
+        tape: None,
         handlers: Arc::new(handlers),
         enclose: Arc::new(|main: Box<dyn FnOnce() + Send>| main()),
     };

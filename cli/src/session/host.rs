@@ -2,7 +2,8 @@
 //! before real time starts.
 
 use super::faults::Faults;
-use red_core::{Capacity, CommitError, Event, EventKind, Instant, Outcome, Scheduler, TaskId};
+use red_core::{Capacity, CommitError, Event, EventKind, Instant, Outcome, TaskId};
+use red_record::Recorded;
 use red_rt::timeline::Host;
 use red_workload::build::{self, Change};
 use red_workload::metrics::TaskLog;
@@ -57,7 +58,8 @@ pub(crate) struct Notes {
     pub(crate) faults: Faults,
     tasks: Vec<TaskId>,
     deadlines_ns: Vec<u64>,
-    changes: VecDeque<Change>,
+    /// Each with its number in the plan.
+    changes: VecDeque<(u32, Change)>,
     /// When edits were last looked at.
     looked_at: Option<Instant>,
     live: Arc<Live>,
@@ -81,7 +83,7 @@ impl Notes {
             faults: Faults::new(live.lanes.len()),
             tasks,
             deadlines_ns,
-            changes: changes.into(),
+            changes: (0..).zip(changes).collect(),
             looked_at: None,
             live,
         }
@@ -96,17 +98,18 @@ impl<C: Capacity> Host<C> for Notes {
     /// Edits that wait for a version to drain are tried at every turn anyway: the clock brings only later ones.
     fn next_at(&self) -> Option<u64> {
         let later = |change: &&Change| self.looked_at.is_none_or(|looked| change.at > looked);
-        self.changes.iter().find(later).map(|change| change.at.as_nanos())
+        self.changes.iter().map(|(_, change)| change).find(later).map(|change| change.at.as_nanos())
     }
 
-    fn due(&mut self, scheduler: &mut Scheduler<C>, now: Instant) {
+    fn due(&mut self, scheduler: &mut Recorded<'_, C>, now: Instant) {
         self.looked_at = Some(now);
         // Edits of one task keep their order; one that is held back holds back only those of its own task.
         let (mut held, mut i) = (0u64, 0);
-        while let Some(change) = self.changes.get(i).filter(|change| change.at <= now) {
+        while let Some((number, change)) = self.changes.get(i).filter(|(_, change)| change.at <= now) {
             let task = change.task;
             if held >> task & 1 == 0 {
-                if build::apply(scheduler, change, self.tasks[task], now) != Err(CommitError::Busy) {
+                let apply = |scheduler: &mut _| build::apply(scheduler, change, self.tasks[task], now);
+                if scheduler.edit(*number, now, apply) != Err(CommitError::Busy) {
                     // Dropping it would give memory back inside the run.
                     std::mem::forget(self.changes.remove(i));
                     continue;

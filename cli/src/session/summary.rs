@@ -4,6 +4,7 @@ use super::host::Notes;
 use super::{Options, Robot};
 use crate::given_up::GivenUp;
 use red_core::{Instant, Scheduler, ShedReason};
+use red_record::Totals;
 use red_rt::report::RunReport;
 use red_workload::metrics::{TaskLog, TaskMetrics, summarise};
 use red_workload::model::Workload;
@@ -48,6 +49,9 @@ pub(crate) struct RunSummary {
     pub(crate) lanes_lost: u64,
     /// Jobs or events that the tables had no room for.
     pub(crate) notes_dropped: u64,
+    /// How much was recorded, if the run was.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) record: Option<Totals>,
     /// The signal that ended the run early.
     pub(crate) stopped_by: Option<&'static str>,
     /// Why the jobs of each task were given up that its `shed` counts.
@@ -76,9 +80,10 @@ fn given_up(log: &TaskLog, until: u64, end: u64) -> GivenUp {
 /// What the notes and the figures of a run say.
 pub(super) fn summary(
     workload: &Workload,
-    options: &Options,
+    options: &Options<'_>,
     notes: &Notes,
     figures: &RunReport,
+    record: Option<Totals>,
     end_ns: u64,
 ) -> RunSummary {
     let until = Instant::from_nanos(options.duration_ns.min(end_ns));
@@ -123,6 +128,7 @@ pub(super) fn summary(
         failed: figures.failed + figures.hung,
         lanes_lost: figures.lanes_lost,
         notes_dropped: notes.dropped + figures.events_dropped,
+        record,
         stopped_by: figures.stopped_by,
         given_up: notes.logs.iter().map(|log| given_up(log, until.as_nanos(), end_ns)).collect(),
     }

@@ -1,0 +1,91 @@
+//! Why a log cannot be read.
+
+use crate::header::FORMAT;
+use core::fmt;
+use std::io;
+
+/// A log is refused.
+#[derive(Debug)]
+#[non_exhaustive]
+pub enum LogError {
+    /// The file cannot be read.
+    Read(io::Error),
+    /// The file does not begin like a log.
+    NotALog,
+    /// A format from before this one.
+    Older(u16),
+    /// A format from after this one.
+    Newer(u16),
+    /// The file ends too early.
+    Truncated {
+        /// Where something was missing.
+        at: u64,
+    },
+    /// What is written there is not what was recorded.
+    Damaged {
+        /// Where the damaged part begins.
+        at: u64,
+        /// Which part.
+        what: &'static str,
+    },
+    /// Who recorded it did not come to close it.
+    NotClosed,
+    /// The recorder could not keep up or could not write: so many inputs are not in the log.
+    Incomplete {
+        /// Inputs that are missing at the end.
+        dropped: u64,
+    },
+    /// The scheduler has other capacities.
+    Capacities {
+        /// Those of the log.
+        found: [usize; 5],
+        /// Those of this program.
+        expected: [usize; 5],
+    },
+}
+
+impl fmt::Display for LogError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Read(e) => write!(f, "cannot read it: {e}"),
+            Self::NotALog => {
+                f.write_str("it is no replay log; expected a file that `redrt run --record` wrote")
+            }
+            Self::Older(found) => write!(
+                f,
+                "it has format {found}, this program reads {FORMAT}; replay it with the version that recorded it"
+            ),
+            Self::Newer(found) => {
+                write!(f, "it has format {found}, this program reads {FORMAT}; update the program")
+            }
+            Self::Truncated { at } => {
+                write!(f, "it is truncated: something is missing at byte {at}; copy the whole file")
+            }
+            Self::Damaged { at, what } => {
+                write!(f, "it is damaged: {what} at byte {at} is not as recorded; take another copy")
+            }
+            Self::NotClosed => f.write_str(
+                "it was not closed: the recording program was killed, or still runs; record again, or wait for its end",
+            ),
+            Self::Incomplete { dropped } => write!(
+                f,
+                "it cannot be replayed: the recorder had to drop the last {dropped} inputs; record to a faster or larger \
+                 disk"
+            ),
+            Self::Capacities { found, expected } => write!(
+                f,
+                "it was recorded with other capacities (tasks, nodes, jobs, lanes, pools): {found:?}, this program has \
+                 {expected:?}; replay it with the program that recorded it"
+            ),
+        }
+    }
+}
+
+impl std::error::Error for LogError {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        match self {
+            Self::Read(e) => Some(e),
+            _ => None,
+        }
+    }
+}

@@ -1,0 +1,164 @@
+//! A scheduler whose inputs are recorded.
+
+use crate::entry::{Answer, Call, Entry};
+use crate::tape::Tape;
+use core::ops::Deref;
+use red_core::{
+    Action, Capacity, CommitError, CompleteError, Event, Instant, JobId, LaneId, Outcome, ReleaseError,
+    Scheduler, TaskId, UnitId,
+};
+
+/// The calls of a scheduler, each written to the tape if there is one. What only looks is asked of the scheduler
+/// itself; what changes it can only be asked here, so nothing is forgotten.
+///
+/// ```
+/// use red_core::{Caps, Config, Dag, Duration, Instant, Node, Scheduler, Timing, Wcet};
+/// use red_record::Recorded;
+/// let mut dag = Dag::<Caps<1, 8, 4>>::new();
+/// dag.add_node(Node::new(Wcet::from_millis(2)))?;
+/// let mut scheduler = Scheduler::new(Config::REDRT);
+/// let task = scheduler.add_task(&dag, Timing::new(Duration::from_millis(50)))?;
+/// let mut recorded = Recorded::new(&mut scheduler, None);
+/// recorded.release_at(task, Instant::ZERO, None, Instant::ZERO)?;
+/// assert_eq!(recorded.jobs_in_flight(), 1);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug)]
+pub struct Recorded<'a, C: Capacity> {
+    scheduler: &'a mut Scheduler<C>,
+    tape: Option<&'a mut Tape>,
+}
+
+impl<C: Capacity> Deref for Recorded<'_, C> {
+    type Target = Scheduler<C>;
+
+    fn deref(&self) -> &Scheduler<C> {
+        self.scheduler
+    }
+}
+
+impl<'a, C: Capacity> Recorded<'a, C> {
+    /// For one turn of whoever has the scheduler.
+    pub const fn new(scheduler: &'a mut Scheduler<C>, tape: Option<&'a mut Tape>) -> Self {
+        Self { scheduler, tape }
+    }
+
+    /// [`Scheduler::release_at`]. Errors: as there.
+    #[inline(always)]
+    pub fn release_at(
+        &mut self,
+        task: TaskId,
+        at: Instant,
+        capture: Option<u64>,
+        now: Instant,
+    ) -> Result<JobId, ReleaseError> {
+        let answer = self.scheduler.release_at(task, at, capture, now);
+        self.put(now, Call::Release { task, at, capture }, Answer::Released(answer));
+        answer
+    }
+
+    /// [`Scheduler::complete`]. Errors: as there.
+    #[inline(always)]
+    pub fn complete(&mut self, unit: UnitId, now: Instant) -> Result<(), CompleteError> {
+        let answer = self.scheduler.complete(unit, now);
+        self.put(now, Call::Complete(unit), Answer::Reported(answer));
+        answer
+    }
+
+    /// [`Scheduler::fail`]. Errors: as there.
+    pub fn fail(&mut self, unit: UnitId, now: Instant) -> Result<(), CompleteError> {
+        let answer = self.scheduler.fail(unit, now);
+        self.put(now, Call::Fail(unit), Answer::Reported(answer));
+        answer
+    }
+
+    /// [`Scheduler::poll`].
+    #[must_use = "an action that is not carried out is lost"]
+    #[inline(always)]
+    pub fn poll(&mut self, now: Instant) -> Option<Action> {
+        let answer = self.scheduler.poll(now);
+        self.put(now, Call::Poll(None), Answer::Polled(answer));
+        answer
+    }
+
+    /// [`Scheduler::poll_on`].
+    #[must_use = "an action that is not carried out is lost"]
+    #[inline(always)]
+    pub fn poll_on(&mut self, lane: LaneId, now: Instant) -> Option<Action> {
+        let answer = self.scheduler.poll_on(lane, now);
+        self.put(now, Call::Poll(Some(lane)), Answer::Polled(answer));
+        answer
+    }
+
+    /// [`Scheduler::take_outcome`].
+    #[inline(always)]
+    pub fn take_outcome(&mut self) -> Option<Outcome> {
+        let answer = self.scheduler.take_outcome();
+        // Finding none changes nothing.
+        if answer.is_some() {
+            self.untimed(Call::TakeOutcome, Answer::Outcome(answer));
+        }
+        answer
+    }
+
+    /// Makes the host's graph change of this number: `change` does so on the scheduler, and does the same whenever it is
+    /// called with that number. Errors: those of `change`.
+    pub fn edit(
+        &mut self,
+        number: u32,
+        now: Instant,
+        change: impl FnOnce(&mut Scheduler<C>) -> Result<(), CommitError>,
+    ) -> Result<(), CommitError> {
+        let answer = change(self.scheduler);
+        self.put(now, Call::Edit(number), Answer::Edited(answer));
+        answer
+    }
+
+    /// [`Scheduler::remove_task`].
+    pub fn remove_task(&mut self, task: TaskId, now: Instant) -> bool {
+        let answer = self.scheduler.remove_task(task, now);
+        self.put(now, Call::Remove(task), Answer::Done(answer));
+        answer
+    }
+
+    /// [`Scheduler::retire_lane`].
+    pub fn retire_lane(&mut self, lane: LaneId) -> bool {
+        let answer = self.scheduler.retire_lane(lane);
+        self.untimed(Call::Retire(lane), Answer::Done(answer));
+        answer
+    }
+
+    /// [`Scheduler::restore_lane`].
+    pub fn restore_lane(&mut self, lane: LaneId) -> bool {
+        let answer = self.scheduler.restore_lane(lane);
+        self.untimed(Call::Restore(lane), Answer::Done(answer));
+        answer
+    }
+
+    /// [`Scheduler::take_event`]: no input, for nothing that the scheduler does depends on it.
+    #[inline(always)]
+    pub fn take_event(&mut self) -> Option<&Event> {
+        self.scheduler.take_event()
+    }
+
+    /// The run ended: its counters are the last entry.
+    pub fn end(&mut self) {
+        let counters = self.scheduler.counters();
+        self.untimed(Call::End, Answer::Counters(counters));
+    }
+
+    #[inline(always)]
+    fn put(&mut self, now: Instant, call: Call, answer: Answer) {
+        if let Some(tape) = &mut self.tape {
+            tape.put(&Entry { now, call, answer });
+        }
+    }
+
+    #[inline(always)]
+    fn untimed(&mut self, call: Call, answer: Answer) {
+        if let Some(tape) = &mut self.tape {
+            let now = tape.now();
+            tape.put(&Entry { now, call, answer });
+        }
+    }
+}

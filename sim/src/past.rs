@@ -1,0 +1,106 @@
+//! What happened once, for a simulation that takes it over: when jobs were released and how long nodes executed.
+
+use red_workload::build::{Numbered, Role};
+use red_workload::model::{Part, Stage};
+use std::collections::HashMap;
+
+/// Releases and execution times of a run.
+///
+/// A node that the run did not execute in a job takes its mean over all jobs, and its WCET where it never ran. A stage
+/// that ran as one node gives each part the share that it has of the WCET.
+#[derive(Clone, Debug, Default)]
+pub struct Past {
+    tasks: Vec<PastTask>,
+}
+
+#[derive(Clone, Debug, Default)]
+struct PastTask {
+    releases: Vec<u64>,
+    /// By the names of nodes as refined stages have them.
+    nodes: HashMap<String, Times>,
+}
+
+#[derive(Clone, Debug, Default)]
+struct Times {
+    of_job: HashMap<u64, u64>,
+    sum: u64,
+}
+
+impl Past {
+    /// Nothing yet, for so many tasks.
+    #[must_use]
+    pub fn new(tasks: usize) -> Self {
+        Self { tasks: vec![PastTask::default(); tasks] }
+    }
+
+    /// The next job of a task was released then.
+    pub fn released(&mut self, task: usize, at_ns: u64) {
+        if let Some(task) = self.tasks.get_mut(task) {
+            task.releases.push(at_ns);
+        }
+    }
+
+    /// A node of a job executed for so long.
+    pub fn executed(&mut self, task: usize, job: u64, node: &Numbered, took_ns: u64) {
+        let Some(task) = self.tasks.get_mut(task) else { return };
+        match &node.role {
+            Role::Coarse(stage) => {
+                let parts: Vec<_> = parts(&node.name, stage).collect();
+                let whole: u128 = parts.iter().map(|(_, part)| u128::from(part.wcet_ns)).sum();
+                let (mut wcet, mut given) = (0, 0);
+                for (name, part) in parts {
+                    wcet += u128::from(part.wcet_ns);
+                    // Up to the end of this part, so that nothing is lost by rounding.
+                    let until =
+                        (u128::from(took_ns) * wcet).checked_div(whole).unwrap_or(u128::from(took_ns));
+                    let until = u64::try_from(until).unwrap_or(took_ns);
+                    task.executed(name, job, until - given);
+                    given = until;
+                }
+            }
+            _ => task.executed(node.name.clone(), job, took_ns),
+        }
+    }
+
+    /// When the job of this number was released, if there was one.
+    pub(crate) fn release(&self, task: usize, job: usize) -> Option<u64> {
+        self.tasks.get(task)?.releases.get(job).copied()
+    }
+
+    /// How long a node of a job takes.
+    pub(crate) fn time(&self, task: usize, job: u64, node: &Numbered) -> u64 {
+        let Some(task) = self.tasks.get(task) else { return 0 };
+        match &node.role {
+            Role::Plain(part) | Role::Encoder(part) | Role::Decoder { part, .. } => {
+                task.time(&node.name, job, part)
+            }
+            Role::Coarse(stage) => parts(&node.name, stage)
+                .map(|(name, part)| task.time(&name, job, part))
+                .fold(0, u64::saturating_add),
+        }
+    }
+}
+
+impl PastTask {
+    fn executed(&mut self, node: String, job: u64, took_ns: u64) {
+        let times = self.nodes.entry(node).or_default();
+        if times.of_job.insert(job, took_ns).is_none() {
+            times.sum = times.sum.saturating_add(took_ns);
+        }
+    }
+
+    fn time(&self, node: &str, job: u64, part: &Part) -> u64 {
+        let Some(times) = self.nodes.get(node) else { return part.wcet_ns };
+        let mean = || times.sum.checked_div(times.of_job.len() as u64);
+        times.of_job.get(&job).copied().or_else(mean).unwrap_or(part.wcet_ns)
+    }
+}
+
+/// The parts of a stage by the names that they have where it is refined.
+fn parts<'a>(name: &'a str, stage: &'a Stage) -> impl Iterator<Item = (String, &'a Part)> {
+    let decoders = stage.decoders.iter().map(move |(decoder, part)| (format!("{name}.{decoder}"), part));
+    [(format!("{name}.encoder"), &stage.encoder)].into_iter().chain(decoders)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,79 @@
+use super::*;
+use crate::{Execution, Options, simulate, simulate_past};
+use red_workload::Format;
+use red_workload::build::{Plan, admit};
+use red_workload::model::Workload;
+use red_workload::policy::Policy;
+
+const FILE: &str = r#"
+pool = [{ name = "cpu", lanes = 1 }]
+[[task]]
+name = "t"
+deadline = "100ms"
+period = "20ms"
+[[task.node]]
+name = "see"
+mimonet = { weights = "w", frame = "f", encoder = { wcet = "4ms" }, decoders = [{ name = "one", wcet = "3ms" }, { name = "two", wcet = "1ms" }] }
+"#;
+
+fn workload() -> Workload {
+    red_workload::parse(FILE.as_bytes(), Format::Toml, "test").unwrap()
+}
+
+/// The nodes of the task under a policy.
+fn nodes(policy: Policy) -> Vec<Numbered> {
+    use red_core::{Empty, Scheduler};
+    let mut scheduler: Box<Scheduler<crate::Lab>> = Box::new(Scheduler::EMPTY);
+    let (plan, _): (Plan<crate::Lab>, _) = admit(&mut scheduler, &workload(), policy.config()).unwrap();
+    plan.nodes.into_iter().next().unwrap()
+}
+
+fn options(policy: Policy) -> Options {
+    let execution = Execution::Wcet;
+    Options { policy, horizon_ns: 1_000_000_000, seed: 0, execution, preempt: false, schedule: true }
+}
+
+#[test]
+fn a_stage_that_ran_as_one_node_gives_each_part_its_share_and_loses_nothing() {
+    let mut past = Past::new(1);
+    past.executed(0, 0, &nodes(Policy::Edf)[0], 4_001);
+    let parts: Vec<u64> = nodes(Policy::Redrt).iter().map(|node| past.time(0, 0, node)).collect();
+    assert_eq!(parts, [2_000, 1_500, 501]);
+    assert_eq!(past.time(0, 0, &nodes(Policy::Edf)[0]), 4_001);
+}
+
+#[test]
+fn what_did_not_run_takes_its_mean_and_what_never_ran_its_wcet() {
+    let mut past = Past::new(1);
+    let nodes = nodes(Policy::Redrt);
+    past.executed(0, 0, &nodes[1], 10);
+    past.executed(0, 2, &nodes[1], 21);
+    let times: Vec<u64> = (0..4).map(|job| past.time(0, job, &nodes[1])).collect();
+    assert_eq!(times, [10, 15, 21, 15]);
+    assert_eq!(past.time(0, 0, &nodes[0]), 4_000_000);
+}
+
+#[test]
+fn a_past_of_worst_cases_is_the_simulation_of_worst_cases() {
+    for policy in [Policy::Edf, Policy::Redrt] {
+        let (workload, nodes, mut past) = (workload(), nodes(policy), Past::new(1));
+        for job in 0..50 {
+            past.released(0, job * 20_000_000);
+            for node in &nodes {
+                let took = Execution::Wcet.draw(0, 0, job, node);
+                past.executed(0, job, node, took);
+            }
+        }
+        let bytes = |report| serde_json::to_string(&report).unwrap();
+        let again = simulate_past(&workload, &past, &options(policy)).unwrap();
+        assert_eq!(bytes(again), bytes(simulate(&workload, &options(policy)).unwrap()), "{policy}");
+    }
+}
+
+#[test]
+fn releases_of_one_instant_all_come() {
+    let mut past = Past::new(1);
+    [5, 5, 5, 9].into_iter().for_each(|at| past.released(0, at));
+    let report = simulate_past(&workload(), &past, &options(Policy::Redrt)).unwrap();
+    assert_eq!((report.tasks[0].released, report.tasks[0].completed), (4, 4));
+}
