@@ -2,8 +2,8 @@
 //! leaps, places that are used again, edits that were begun long ago. What it may expect all the same is asserted
 //! after every call.
 
+mod call;
 mod graphs;
-mod read;
 mod watch;
 
 use std::collections::BTreeSet;
@@ -14,6 +14,7 @@ use red_core::{
     LaneId, Late, NodeId, PoolId, ReleaseError, Scheduler, Shed, TaskId, Timing, UnitId,
 };
 
+pub use call::Call;
 pub use graphs::Change;
 use graphs::{apply, graph, shape};
 use watch::Jobs;
@@ -23,47 +24,6 @@ pub type Small = Caps<2, 6, 3, 2, 1, 1, 64>;
 
 const LANES: usize = 2;
 const DEADLINE: Duration = Duration::from_millis(6);
-
-/// One call, or what goes before it. Numbers are taken modulo what there is.
-#[derive(Clone, Copy, Debug)]
-pub enum Call {
-    /// Time goes on by so many microseconds.
-    Wait(u64),
-    /// Time goes on by 2^n nanoseconds.
-    Leap(u8),
-    /// From now on one host's clock says an earlier time, by so many microseconds.
-    StepBack(u64),
-    /// A release of this task.
-    Release(usize),
-    /// A release with a capture number, which was so many microseconds ago.
-    Capture(usize, u64, u64),
-    /// A running unit is reported.
-    Complete(usize),
-    /// The same, with the next action in one call.
-    CompleteAndPoll(usize),
-    /// A running unit failed.
-    Fail(usize),
-    /// A unit that was reported already is reported again.
-    Again(usize),
-    /// Handles that nobody gave out.
-    Stranger(u64),
-    /// A task is removed, and admitted anew.
-    Remove(usize),
-    /// An edit of this task is begun, or goes on.
-    Edit(usize, Change),
-    /// The edit is committed.
-    Commit,
-    /// A lane is lost.
-    Retire(u8),
-    /// A lane is there again.
-    Restore(u8),
-    /// An ended job is taken without a poll.
-    Take,
-    /// Until there is nothing to do.
-    Poll,
-    /// Once, for this lane.
-    PollOn(u8),
-}
 
 /// What the scheduler may be configured to.
 pub fn configurations() -> [Config; 10] {
@@ -187,6 +147,9 @@ impl Host {
         // results away until they are hopeless.
         for _ in 0..100 {
             self.call(Call::Poll);
+            if self.live.is_empty() && self.raw.jobs_in_flight() == 0 {
+                break;
+            }
             self.call(Call::Complete(0));
             self.call(Call::Wait(100));
         }

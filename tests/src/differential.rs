@@ -3,12 +3,11 @@
 use red_sim::{Execution, Options, Report, simulate};
 use red_workload::model::Workload;
 
-use crate::oracle::{self, Outcome, Policy, Reason, Row, ShedRow};
+use crate::oracle::{self, Policy, Reason, Row, ShedRow};
 
 /// Whether the core does what the oracle does; else the first difference.
 pub fn agree(workload: &Workload, policy: Policy, horizon_ns: u64) -> Result<(), String> {
-    let found = Found::of(core(workload, &options(policy, horizon_ns)));
-    compare(&found, &oracle::simulate(workload, policy, horizon_ns))
+    compare(&Found::of(core(workload, &options(policy, horizon_ns))), workload, policy, horizon_ns)
 }
 
 /// How the simulator has to run so that the two can be compared.
@@ -89,7 +88,9 @@ impl Found {
     }
 }
 
-fn compare(found: &Found, expected: &Outcome) -> Result<(), String> {
+/// Whether a run is what the oracle makes of `workload`; else the first difference.
+pub fn compare(found: &Found, workload: &Workload, policy: Policy, horizon_ns: u64) -> Result<(), String> {
+    let expected = oracle::simulate(workload, policy, horizon_ns);
     let equal = first_difference("shed", &found.sheds, &expected.sheds);
     first_difference("row", &found.rows, &expected.rows).map_err(|why| {
         format!("{why}{}", equal.as_ref().err().map_or(String::new(), |shed| format!("\n{shed}")))

@@ -35,6 +35,7 @@ const UNSAFE: &[(&str, &str)] = &[
     ("bodies/src/plugin.rs", "calls functions of shared objects"),
     ("bodies/src/clock.rs", "reads a thread's CPU clock"),
     ("bodies/examples/measure.rs", "a counting allocator"),
+    ("tests/planted/src/main.rs", "bugs that sanitizers have to find"),
     ("tests/symbols/src/lib.rs", "names in an object file"),
     ("tests/symbols/src/bare.rs", "what a target without an operating system lacks"),
     ("benches/src/machine.rs", "pins threads"),

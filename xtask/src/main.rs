@@ -1,7 +1,13 @@
 //! The tasks of this workspace: `cargo xtask --help`.
 
+mod depth;
+mod fuzz;
+mod miri;
+mod mutants;
+mod nightly;
 mod process;
 mod report;
+mod sanitizers;
 mod steps;
 mod symbols;
 mod tools;
@@ -10,6 +16,7 @@ mod workspace;
 use std::env;
 use std::process::ExitCode;
 
+use depth::Depth;
 use process::Failure;
 use workspace::Workspace;
 
@@ -21,7 +28,10 @@ Tasks of this workspace.
 
 usage: cargo xtask TASK
 
-  test [STEP]...    every test there is, quick things first; STEPs: only these, --help lists them
+  test [STEP]...    every test there is, quick things first; STEPs: only these, --help lists them; --deep: without
+                    the bounds that keep them short
+  fuzz [TARGET] [--executions N]    random inputs for the readers and the calls; default 1000000 each
+  mutants [--sample N] [--seed S]   changes of the core that tests should notice; default 400 of them, seed 1
   bench [ARG]...    what the scheduler costs beside its peers, measured now; --help tells the ARGs
   models [--check]  writes the demo's networks; --check compares the committed ones with their generator
 
@@ -48,8 +58,19 @@ fn main() -> ExitCode {
             print!("{BENCH_HELP}");
             ExitCode::SUCCESS
         }
-        ["test", ref names @ ..] => match steps::choose(names) {
-            Ok(chosen) => report::run(&workspace, &chosen),
+        ["test", ref words @ ..] => {
+            let (depth, names) = Depth::of(words);
+            match steps::choose(&names) {
+                Ok(chosen) => report::run(&workspace, &chosen, depth),
+                Err(reason) => refuse(&reason),
+            }
+        }
+        ["fuzz", ref rest @ ..] => match fuzz::Wish::of(rest) {
+            Ok(wish) => finish(fuzz::run(&workspace, &wish)),
+            Err(reason) => refuse(&reason),
+        },
+        ["mutants", ref rest @ ..] => match mutants::Wish::of(rest) {
+            Ok(wish) => finish(mutants::run(&workspace, &wish)),
             Err(reason) => refuse(&reason),
         },
         ["bench", ref rest @ ..] => {

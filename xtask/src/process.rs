@@ -59,21 +59,31 @@ impl Run {
     ///
     /// # Errors
     /// It cannot be started, or it fails; then the tests that it reported are in the failure.
-    pub(crate) fn stream(mut self) -> Result<Tally, Failure> {
+    pub(crate) fn stream(self) -> Result<Tally, Failure> {
+        let command = self.line();
+        let mut tally = Tally::default();
+        let status = self.observe(|line| {
+            println!("{line}");
+            tally.read(line);
+        })?;
+        if status.success() { Ok(tally) } else { Err(Failure::Status { command, status, tally }) }
+    }
+
+    /// Runs it, and gives each line of its standard output to `read`. How it ended is for the caller to judge.
+    ///
+    /// # Errors
+    /// It cannot be started.
+    pub(crate) fn observe(mut self, mut read: impl FnMut(&str)) -> Result<ExitStatus, Failure> {
         let command = self.line();
         println!("$ {command}");
         let start = |reason| Failure::Start { command: command.clone(), reason };
         let mut child = self.0.stdout(Stdio::piped()).spawn().map_err(start)?;
-        let mut tally = Tally::default();
         if let Some(output) = child.stdout.take() {
             for line in BufReader::new(output).split(b'\n').map_while(Result::ok) {
-                let line = String::from_utf8_lossy(&line);
-                println!("{line}");
-                tally.read(&line);
+                read(&String::from_utf8_lossy(&line));
             }
         }
-        let status = child.wait().map_err(start)?;
-        if status.success() { Ok(tally) } else { Err(Failure::Status { command, status, tally }) }
+        child.wait().map_err(start)
     }
 
     /// Its standard output.

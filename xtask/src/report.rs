@@ -1,9 +1,11 @@
 //! Runs steps one after another, and says how it went.
 
 use std::io::Write;
+use std::ops::Add;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
+use crate::depth::Depth;
 use crate::process::Failure;
 use crate::steps::Step;
 use crate::workspace::Workspace;
@@ -46,13 +48,25 @@ impl Tally {
     }
 }
 
+impl Add for Tally {
+    type Output = Self;
+
+    fn add(self, more: Self) -> Self {
+        Self {
+            passed: self.passed + more.passed,
+            failed: self.failed + more.failed,
+            ignored: self.ignored + more.ignored,
+        }
+    }
+}
+
 /// Runs `steps` in their order, all of them whatever happens. The last line counts all tests.
-pub(crate) fn run(workspace: &Workspace, steps: &[Step]) -> ExitCode {
+pub(crate) fn run(workspace: &Workspace, steps: &[Step], depth: Depth) -> ExitCode {
     let mut rows = Vec::new();
     for step in steps {
         println!("\n== {}: {}", step.name, step.what);
         let begin = Instant::now();
-        let outcome = (step.run)(workspace);
+        let outcome = (step.run)(workspace, depth);
         let (tally, time) = (Tally::of(&outcome), begin.elapsed());
         let row = row(step.name, tally, time);
         if let Err(failure) = outcome {

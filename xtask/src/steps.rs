@@ -2,8 +2,12 @@
 
 use std::path::Path;
 
+use crate::depth::Depth;
+use crate::fuzz;
+use crate::miri;
 use crate::process::Failure;
 use crate::report::Tally;
+use crate::sanitizers;
 use crate::symbols;
 use crate::tools::{self, MICROCONTROLLER};
 use crate::workspace::Workspace;
@@ -13,7 +17,7 @@ use crate::workspace::Workspace;
 pub(crate) struct Step {
     pub(crate) name: &'static str,
     pub(crate) what: &'static str,
-    pub(crate) run: fn(&Workspace) -> Result<Tally, Failure>,
+    pub(crate) run: fn(&Workspace, Depth) -> Result<Tally, Failure>,
 }
 
 const STEPS: &[Step] = &[
@@ -31,6 +35,13 @@ const STEPS: &[Step] = &[
         what: "no call of the release reaches a panic or an allocation",
         run: symbols::check,
     },
+    Step { name: "miri", what: "unit tests of core and synchronizers in an interpreter", run: miri::step },
+    Step {
+        name: "sanitizers",
+        what: "races under stress, and what unsafe code does to memory",
+        run: sanitizers::step,
+    },
+    Step { name: "fuzz", what: "random inputs for the readers and the calls", run: fuzz::step },
     Step { name: "doc", what: "the documentation builds without a warning", run: doc },
     Step { name: "models", what: "the networks are what their generator makes", run: models },
     Step { name: "onnx", what: "a second inference engine agrees on the networks", run: onnx },
@@ -46,7 +57,8 @@ const EXAMPLES: &[(&str, &[&str])] =
 pub(crate) fn help() -> String {
     let list: String = STEPS.iter().map(|step| format!("\n  {:<10} {}", step.name, step.what)).collect();
     format!(
-        "usage: cargo xtask test [STEP]...\n\nAll steps, in this order, or only those that are named:\n{list}"
+        "usage: cargo xtask test [--deep] [STEP]...\n\nAll steps, in this order, or only those that are named; \
+         --deep: without the bounds that\nkeep them short.\n{list}"
     )
 }
 
@@ -63,48 +75,48 @@ pub(crate) fn choose(names: &[&str]) -> Result<Vec<Step>, String> {
     Ok(STEPS.iter().filter(chosen).copied().collect())
 }
 
-fn fmt(workspace: &Workspace) -> Result<Tally, Failure> {
+fn fmt(workspace: &Workspace, _: Depth) -> Result<Tally, Failure> {
     workspace.cargo(&["fmt", "--all", "--", "--check"]).stream()
 }
 
-fn target(workspace: &Workspace) -> Result<Tally, Failure> {
+fn target(workspace: &Workspace, _: Depth) -> Result<Tally, Failure> {
     tools::microcontroller(workspace)?;
     let build = ["build", "--package", "red-sync", "--target", MICROCONTROLLER];
     workspace.cargo(&build).stream()?;
     workspace.cargo(&build).args(&["--features", "defmt"]).stream()
 }
 
-fn loom(workspace: &Workspace) -> Result<Tally, Failure> {
+fn loom(workspace: &Workspace, _: Depth) -> Result<Tally, Failure> {
     // A folder of its own: the flags would have everything built anew, and then again.
     let folder = workspace.target.join("loom");
     let check = ["check", "--package", "red-sync"];
     workspace.cargo(&check).env("RUSTFLAGS", "--cfg loom").env("CARGO_TARGET_DIR", folder).stream()
 }
 
-fn clippy(workspace: &Workspace) -> Result<Tally, Failure> {
+fn clippy(workspace: &Workspace, _: Depth) -> Result<Tally, Failure> {
     let all = ["clippy", "--workspace", "--all-targets", "--all-features", "--", "--deny", "warnings"];
     workspace.cargo(&all).stream()
 }
 
-fn test(workspace: &Workspace) -> Result<Tally, Failure> {
+fn test(workspace: &Workspace, _: Depth) -> Result<Tally, Failure> {
     workspace.cargo(&["test", "--workspace", "--no-fail-fast"]).stream()
 }
 
-fn doc(workspace: &Workspace) -> Result<Tally, Failure> {
+fn doc(workspace: &Workspace, _: Depth) -> Result<Tally, Failure> {
     workspace.cargo(&["doc", "--workspace", "--no-deps"]).env("RUSTDOCFLAGS", "--deny warnings").stream()
 }
 
-fn models(workspace: &Workspace) -> Result<Tally, Failure> {
+fn models(workspace: &Workspace, _: Depth) -> Result<Tally, Failure> {
     tools::python(workspace)?.generate(&["--check"])
 }
 
-fn onnx(workspace: &Workspace) -> Result<Tally, Failure> {
+fn onnx(workspace: &Workspace, _: Depth) -> Result<Tally, Failure> {
     let library = tools::python(workspace)?.onnxruntime()?;
     let test = ["test", "--package", "red-bodies", "--features", "ort", "--no-fail-fast"];
     workspace.cargo(&test).env("ORT_DYLIB_PATH", library).stream()
 }
 
-fn examples(workspace: &Workspace) -> Result<Tally, Failure> {
+fn examples(workspace: &Workspace, _: Depth) -> Result<Tally, Failure> {
     let target = workspace.target.display().to_string();
     for file in workspace.examples()? {
         let known = EXAMPLES.iter().find(|(name, _)| file == Path::new(name));
@@ -123,6 +135,6 @@ fn examples(workspace: &Workspace) -> Result<Tally, Failure> {
     Ok(Tally::default())
 }
 
-fn deny(workspace: &Workspace) -> Result<Tally, Failure> {
+fn deny(workspace: &Workspace, _: Depth) -> Result<Tally, Failure> {
     tools::cargo_deny(workspace)?.args(&["check", "bans", "licenses", "sources"]).stream()
 }

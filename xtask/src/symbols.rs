@@ -10,12 +10,12 @@ mod reach;
 
 use std::fs;
 
+use crate::depth::Depth;
+use crate::nightly::HOST;
 use crate::process::Failure;
 use crate::report::Tally;
 use crate::tools::{self, MICROCONTROLLER};
 use crate::workspace::Workspace;
-
-const HOST: &str = "x86_64-unknown-linux-gnu";
 
 /// What an object may leave to its system: copies and comparisons of memory that the compiler writes.
 const OUTSIDE: &[&str] = &["memcpy", "memmove", "memset", "memcmp", "bcmp"];
@@ -29,7 +29,7 @@ const PLANTED: &[(&str, &str)] = &[("red_planted_panic", "panicking"), ("red_pla
 
 /// # Errors
 /// An entry is missing, something forbidden is reached, or a planted bug is not seen.
-pub(crate) fn check(workspace: &Workspace) -> Result<Tally, Failure> {
+pub(crate) fn check(workspace: &Workspace, _: Depth) -> Result<Tally, Failure> {
     tools::microcontroller(workspace)?;
     let wanted = entries::wanted(workspace)?;
     for target in [HOST, MICROCONTROLLER] {

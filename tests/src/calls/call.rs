@@ -1,6 +1,47 @@
-//! Calls from bytes, as a fuzzer gives them.
+//! Calls, and calls from bytes, as a fuzzer gives them.
 
-use super::{Call, Change};
+use super::Change;
+
+/// One call, or what goes before it. Numbers are taken modulo what there is.
+#[derive(Clone, Copy, Debug)]
+pub enum Call {
+    /// Time goes on by so many microseconds.
+    Wait(u64),
+    /// Time goes on by 2^n nanoseconds.
+    Leap(u8),
+    /// From now on one host's clock says an earlier time, by so many microseconds.
+    StepBack(u64),
+    /// A release of this task.
+    Release(usize),
+    /// A release with a capture number, which was so many microseconds ago.
+    Capture(usize, u64, u64),
+    /// A running unit is reported.
+    Complete(usize),
+    /// The same, with the next action in one call.
+    CompleteAndPoll(usize),
+    /// A running unit failed.
+    Fail(usize),
+    /// A unit that was reported already is reported again.
+    Again(usize),
+    /// Handles that nobody gave out.
+    Stranger(u64),
+    /// A task is removed, and admitted anew.
+    Remove(usize),
+    /// An edit of this task is begun, or goes on.
+    Edit(usize, Change),
+    /// The edit is committed.
+    Commit,
+    /// A lane is lost.
+    Retire(u8),
+    /// A lane is there again.
+    Restore(u8),
+    /// An ended job is taken without a poll.
+    Take,
+    /// Until there is nothing to do.
+    Poll,
+    /// Once, for this lane.
+    PollOn(u8),
+}
 
 impl Call {
     /// The next call in `bytes`; every sequence of bytes is one of calls.
