@@ -23,7 +23,7 @@ pub(crate) fn step(workspace: &Workspace, depth: Depth) -> Result<Tally, Failure
     };
     let planted = ["run", "--quiet", "--package", "red-planted", "--"];
     for bug in ["race", "freed"] {
-        let words = if bug == "race" { "data race detected" } else { "dangling" };
+        let words = if bug == "race" { "Data race detected" } else { "dangling" };
         hear(miri(&planted, STRICT).args(&[bug]))?.found(bug, words)?;
     }
     hear(miri(&planted, STRICT).args(&["sound"]))?.well("a lock that is right")?;

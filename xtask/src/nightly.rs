@@ -1,6 +1,5 @@
 //! The nightly toolchain, for what stable has not: the interpreter, sanitizers, fuzzers.
 
-use std::env;
 use std::path::PathBuf;
 use std::process::ExitStatus;
 
@@ -87,13 +86,10 @@ impl<'a> Nightly<'a> {
 
     /// Its cargo; subcommands are found in the folder of tools too.
     pub(crate) fn cargo(&self, arguments: &[&str]) -> Run {
-        let tools = self.workspace.target.join("tools/bin");
-        let path = env::var_os("PATH").unwrap_or_default();
-        let folders = [tools].into_iter().chain(env::split_paths(&path));
-        let path = env::join_paths(folders).unwrap_or(path);
         // Both streams in one, in their order.
-        let merged = ["-c", "exec \"$@\" 2>&1", "sh", "rustup", "run", NIGHTLY, "cargo"];
-        self.workspace.command("sh").args(&merged).args(arguments).env("PATH", path)
+        let script = "PATH=\"$1:$PATH\" && shift && exec \"$@\" 2>&1";
+        let run = self.workspace.command("sh").args(&["-c", script, "sh"]).args(&[self.target("tools/bin")]);
+        run.args(&["rustup", "run", NIGHTLY, "cargo"]).args(arguments)
     }
 
     /// Where what is built with these flags lies: apart, or each set would have the others' built anew.

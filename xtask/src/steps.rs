@@ -76,7 +76,8 @@ pub(crate) fn choose(names: &[&str]) -> Result<Vec<Step>, String> {
 }
 
 fn fmt(workspace: &Workspace, _: Depth) -> Result<Tally, Failure> {
-    workspace.cargo(&["fmt", "--all", "--", "--check"]).stream()
+    workspace.cargo(&["fmt", "--all", "--", "--check"]).stream()?;
+    workspace.cargo(&["fmt", "--manifest-path", "fuzz/Cargo.toml", "--", "--check"]).stream()
 }
 
 fn target(workspace: &Workspace, _: Depth) -> Result<Tally, Failure> {
