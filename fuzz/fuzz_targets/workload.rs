@@ -38,5 +38,5 @@ fn run(workload: &Workload) {
     let report = simulate(workload, &options).expect("what is read can be run");
     assert_eq!(report.tasks.len(), workload.tasks.len());
     #[cfg(feature = "planted")]
-    assert!(workload.tasks.iter().all(|task| task.value != 7), "a planted bug");
+    assert!(workload.tasks.iter().all(|task| task.value <= 20), "a planted bug");
 }
