@@ -1,13 +1,13 @@
-//! Changes of the core that its tests should notice: a seeded sample of what cargo-mutants can think of.
+//! Changes of the core that its tests should notice: every k-th of what cargo-mutants can think of, from a seed on, so
+//! that each file has its part.
 
 use std::fs;
 use std::path::Path;
 
-use crate::nightly::hear;
 use crate::process::Failure;
 use crate::report::Tally;
 use crate::tools;
-use crate::workspace::{Workspace, entries};
+use crate::workspace::Workspace;
 
 const CARGO_MUTANTS: &str = "27.1.0";
 
@@ -50,24 +50,25 @@ pub(crate) fn run(workspace: &Workspace, wish: &Wish) -> Result<Tally, Failure> 
     let mutants = |arguments: &[&str]| {
         workspace.command(&program).args(&["mutants", "--package", "red-core"]).args(arguments)
     };
-    let list = mutants(&["--list"]).output()?;
-    let all: Vec<&str> = list.lines().collect();
-    let chosen = sample(&all, wish.sample, wish.seed);
-    println!("{} of {} mutants, seed {}", chosen.len(), all.len(), wish.seed);
+    let count = mutants(&["--list"]).output()?.lines().count();
+    let every = (count / wish.sample.max(1)).max(1);
+    let shard = format!("{}/{every}", wish.seed % every as u64);
+    println!("every {every}. of {count} mutants: shard {shard}");
     let results = workspace.target.join("mutants");
-    fs::create_dir_all(&results).map_err(|reason| file(&results, reason))?;
-    let names = chosen.iter().flat_map(|name| ["--re".to_owned(), format!("^{}$", escaped(name))]);
-    let names: Vec<String> = names.collect();
-    let packages =
-        ["--test-package", "red-core,red-tests", "--baseline", "skip", "--timeout", "120", "--no-shuffle"];
-    let command = mutants(&packages).args(&["--jobs", "1", "--output"]).args(&[&results]).args(&names);
-    // Fewer workloads: what eight of them do not show, eighty seldom do.
-    let said = hear(
-        command.args(&["--"]).args(TESTS).env("SEEDS", "8").env("CARGO_TARGET_DIR", results.join("target")),
-    )?;
     let folder = results.join("mutants.out");
-    if entries(&folder).is_err() {
-        return said.well("cargo mutants").map(|_| Tally::default());
+    if folder.exists() {
+        fs::remove_dir_all(&folder).map_err(|reason| file(&folder, reason))?;
+    }
+    fs::create_dir_all(&results).map_err(|reason| file(&results, reason))?;
+    let packages = ["--test-package", "red-core,red-tests", "--baseline", "skip", "--timeout", "120"];
+    let part = ["--jobs", "1", "--shard", &shard, "--sharding", "round-robin", "--output"];
+    // Fewer workloads: what eight of them do not show, eighty seldom do.
+    let command =
+        mutants(&packages).args(&part).args(&[&results]).args(&["--"]).args(TESTS).env("SEEDS", "8");
+    let ended = command.env("CARGO_TARGET_DIR", results.join("target")).stream();
+    // A mutant that is missed is a status too.
+    if !folder.join("outcomes.json").exists() {
+        return ended;
     }
     let count = |what: &str| read(&folder.join(format!("{what}.txt"))).lines().count();
     let (caught, missed) = (count("caught"), count("missed"));
@@ -81,25 +82,6 @@ pub(crate) fn run(workspace: &Workspace, wish: &Wish) -> Result<Tally, Failure> 
     } else {
         Err(Failure::Wrong("too few mutants are noticed".to_owned()))
     }
-}
-
-/// So many of all, each as likely: a shuffle by SplitMix64, cut off.
-fn sample<'a>(all: &[&'a str], count: usize, seed: u64) -> Vec<&'a str> {
-    let mut state = seed;
-    let mut random = || {
-        state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let z = (state ^ (state >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^ (z >> 31)
-    };
-    let mut rest = all.to_vec();
-    (0..count.min(all.len())).map(|_| rest.swap_remove((random() % rest.len() as u64) as usize)).collect()
-}
-
-/// As a regular expression that means the text itself.
-fn escaped(text: &str) -> String {
-    let special = |c: char| r"\.+*?()|[]{}^$#&-~".contains(c);
-    text.chars().flat_map(|c| special(c).then_some('\\').into_iter().chain([c])).collect()
 }
 
 /// Wilson's lower bound of a share at one-sided 95 %.
