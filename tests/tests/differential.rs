@@ -6,9 +6,10 @@
 use std::panic::resume_unwind;
 use std::thread;
 
-use red_sim::{Execution, Options, Report, simulate};
+use red_sim::{Execution, Options};
 use red_tests::check::validate;
-use red_tests::oracle::{self, Outcome, Policy, Reason, Row, ShedRow};
+use red_tests::differential::{self, Found, core, options};
+use red_tests::oracle::Policy;
 use red_tests::rng::{Shape, random_workload};
 use red_workload::model::Workload;
 
@@ -40,7 +41,7 @@ fn they_agree_on_small_graphs_of_many_tasks() {
 #[test]
 fn every_schedule_of_the_core_passes_the_judge() {
     each(100, &Shape::default(), |workload, policy, horizon_ns| {
-        let found = outcome(core(workload, &options(policy, horizon_ns)));
+        let found = Found::of(core(workload, &options(policy, horizon_ns)));
         validate(workload, policy, horizon_ns, &found.rows, &found.sheds)
     });
 }
@@ -63,10 +64,7 @@ fn equal_options_give_equal_bytes() {
 }
 
 fn agree(seeds: u64, shape: &Shape) {
-    each(seeds, shape, |workload, policy, horizon_ns| {
-        let found = outcome(core(workload, &options(policy, horizon_ns)));
-        compare(&found, &oracle::simulate(workload, policy, horizon_ns))
-    });
+    each(seeds, shape, differential::agree);
 }
 
 /// Tests every policy on this many random workloads, or `SEEDS` of them, over 0.1 to 0.3 s.
@@ -89,88 +87,4 @@ fn each(seeds: u64, shape: &Shape, test: impl Fn(&Workload, Policy, u64) -> Resu
         let thread = thread::Builder::new().stack_size(64 << 20).spawn_scoped(scope, all);
         thread.expect("a thread for the test").join().unwrap_or_else(|panic| resume_unwind(panic));
     });
-}
-
-fn options(policy: Policy, horizon_ns: u64) -> Options {
-    let named = Policy::ALL.iter().zip(red_workload::policy::Policy::ALL).find(|(ours, _)| **ours == policy);
-    let (_, policy) = named.expect("both lists are in the paper's order");
-    Options { policy, horizon_ns, seed: 1, execution: Execution::Wcet, preempt: false, schedule: true }
-}
-
-fn core(workload: &Workload, options: &Options) -> Report {
-    simulate(workload, options).expect("a random workload fits")
-}
-
-/// What the test compares.
-#[derive(Debug)]
-struct Found {
-    rows: Vec<Row>,
-    sheds: Vec<ShedRow>,
-    encoder_runs_saved: u64,
-    units_dispatched: u64,
-    busy_ns: Vec<u64>,
-    /// Released, completed, on time, missed, shed of each task.
-    tasks: Vec<[u64; 5]>,
-}
-
-fn outcome(report: Report) -> Found {
-    let rows = report.schedule.unwrap_or_default().into_iter().map(|row| Row {
-        start_ns: row.start_ns,
-        pool: row.pool,
-        lane: row.lane,
-        task: row.task,
-        job: row.job,
-        node: row.node,
-        finish_ns: row.finish_ns,
-    });
-    let reason = |name: &str| {
-        let all = [Reason::Hopeless, Reason::Overload, Reason::Urgency, Reason::Full];
-        all.into_iter().find(|reason| reason.name() == name).expect("a reason that a simulation gives")
-    };
-    let sheds = report.sheds.unwrap_or_default().into_iter();
-    let shed = |shed: red_sim::Shed| ShedRow {
-        at_ns: shed.at_ns,
-        task: shed.task,
-        job: shed.job,
-        reason: reason(shed.reason),
-    };
-    let mut sheds: Vec<ShedRow> = sheds.map(shed).collect();
-    sheds.sort();
-    Found {
-        rows: rows.collect(),
-        sheds,
-        encoder_runs_saved: report.encoder_runs_saved,
-        units_dispatched: report.units_dispatched,
-        busy_ns: report.pools.iter().map(|pool| pool.busy_ns).collect(),
-        tasks: report.tasks.iter().map(|t| [t.released, t.completed, t.on_time, t.missed, t.shed]).collect(),
-    }
-}
-
-fn compare(found: &Found, expected: &Outcome) -> Result<(), String> {
-    let equal = first_difference("shed", &found.sheds, &expected.sheds);
-    first_difference("row", &found.rows, &expected.rows).map_err(|why| {
-        format!("{why}{}", equal.as_ref().err().map_or(String::new(), |shed| format!("\n{shed}")))
-    })?;
-    equal?;
-    let tasks: Vec<[u64; 5]> =
-        expected.tasks.iter().map(|t| [t.released, t.completed, t.on_time, t.missed, t.shed]).collect();
-    let counts = |what: &str, ours: String, theirs: String| {
-        if ours == theirs { Ok(()) } else { Err(format!("{what}: {ours}, expected {theirs}")) }
-    };
-    counts("tasks", format!("{:?}", found.tasks), format!("{tasks:?}"))?;
-    counts("busy", format!("{:?}", found.busy_ns), format!("{:?}", expected.busy_ns))?;
-    counts("saved", found.encoder_runs_saved.to_string(), expected.encoder_runs_saved.to_string())?;
-    counts("units", found.units_dispatched.to_string(), expected.units_dispatched.to_string())
-}
-
-fn first_difference<T: PartialEq + std::fmt::Debug>(
-    what: &str,
-    found: &[T],
-    expected: &[T],
-) -> Result<(), String> {
-    let longest = found.len().max(expected.len());
-    match (0..longest).find(|&i| found.get(i) != expected.get(i)) {
-        Some(i) => Err(format!("{what} {i}:\n core   {:?}\n oracle {:?}", found.get(i), expected.get(i))),
-        None => Ok(()),
-    }
 }

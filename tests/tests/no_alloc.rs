@@ -1,11 +1,9 @@
 //! After set-up the scheduler allocates nothing: not at releases, completions, edits, merges, hits or sheds.
 
-mod drive;
-
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
-use drive::{Blind, Drive};
+use red_tests::drive::{Blind, Drive};
 use red_tests::rng::{Shape, random_workload};
 use red_workload::policy::Policy;
 

@@ -5,12 +5,18 @@ mod cortex_m;
 mod cross;
 mod depth;
 mod faults;
+mod fuzz;
 mod loom;
 mod loom_mutants;
+mod miri;
+mod mutants;
+mod nightly;
 mod preempt_rt;
 mod process;
 mod report;
+mod sanitizers;
 mod steps;
+mod symbols;
 mod tools;
 mod traces;
 mod workspace;
@@ -35,6 +41,10 @@ usage: cargo xtask TASK
   faults            the fault table: each row's test is run, and the table printed
   traces [--count N]
                     the same random workloads on every target, compared byte for byte; 100 unless told
+  fuzz [TARGET] [--executions N]
+                    random inputs for the readers and the calls; 1000000 each unless told
+  mutants [--sample N] [--seed S]
+                    changes of the core that tests should notice; 400 of them and seed 1 unless told
   bench [ARG]...    what the scheduler costs beside its peers, measured now; --help tells the ARGs
   soak [ARG]...     random workloads, edits and faults on real threads; --help tells the ARGs
   loom [--deep] [MODEL]...
@@ -76,6 +86,14 @@ fn main() -> ExitCode {
         ["traces", ref rest @ ..] => match traces::count(rest) {
             Some(count) => finish(traces::compare(&workspace, count)),
             None => refuse("traces takes nothing, or --count N"),
+        },
+        ["fuzz", ref rest @ ..] => match fuzz::Wish::of(rest) {
+            Ok(wish) => finish(fuzz::run(&workspace, &wish)),
+            Err(reason) => refuse(&reason),
+        },
+        ["mutants", ref rest @ ..] => match mutants::Wish::of(rest) {
+            Ok(wish) => finish(mutants::run(&workspace, &wish)),
+            Err(reason) => refuse(&reason),
         },
         ["bench", ref rest @ ..] => {
             let bench = ["run", "--release", "-p", "red-benches", "--"];

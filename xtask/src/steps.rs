@@ -7,10 +7,14 @@ use crate::cortex_m;
 use crate::cross::{self, CORTEX_M0, CORTEX_M4};
 use crate::depth::Depth;
 use crate::faults;
+use crate::fuzz;
 use crate::loom;
+use crate::miri;
 use crate::preempt_rt;
 use crate::process::Failure;
 use crate::report::Tally;
+use crate::sanitizers;
+use crate::symbols;
 use crate::tools;
 use crate::traces;
 use crate::workspace::Workspace;
@@ -35,6 +39,11 @@ const STEPS: &[Step] = &[
     Step { name: "doc", what: "the documentation builds without a warning", run: doc },
     Step { name: "faults", what: "each row of the fault table has its test, and passes", run: fault_table },
     Step {
+        name: "symbols",
+        what: "no call of the release reaches a panic or an allocation",
+        run: symbols::check,
+    },
+    Step {
         name: "soak",
         what: "random workloads, edits and faults on real threads, for half a minute",
         run: half_a_minute,
@@ -43,6 +52,13 @@ const STEPS: &[Step] = &[
     Step { name: "onnx", what: "a second inference engine agrees on the networks", run: onnx },
     Step { name: "examples", what: "every example runs", run: examples },
     Step { name: "deny", what: "licences, sources and duplicates of the dependencies", run: deny },
+    Step { name: "fuzz", what: "random inputs for the readers and the calls", run: fuzz::step },
+    Step {
+        name: "sanitizers",
+        what: "races under stress, and what unsafe code does to memory",
+        run: sanitizers::step,
+    },
+    Step { name: "miri", what: "unit tests of core and synchronizers in an interpreter", run: miri::step },
     Step {
         name: "loom",
         what: "models of the concurrency, every interleaving within bounds",
@@ -85,7 +101,8 @@ pub(crate) fn choose(names: &[&str]) -> Result<Vec<Step>, String> {
 }
 
 fn fmt(workspace: &Workspace, _: Depth) -> Result<Tally, Failure> {
-    workspace.cargo(&["fmt", "--all", "--", "--check"]).stream()
+    workspace.cargo(&["fmt", "--all", "--", "--check"]).stream()?;
+    workspace.cargo(&["fmt", "--manifest-path", "fuzz/Cargo.toml", "--", "--check"]).stream()
 }
 
 fn target(workspace: &Workspace, _: Depth) -> Result<Tally, Failure> {

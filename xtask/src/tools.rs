@@ -88,12 +88,19 @@ pub(crate) fn python(workspace: &Workspace) -> Result<Python<'_>, Failure> {
 /// # Errors
 /// It cannot be built.
 pub(crate) fn cargo_deny(workspace: &Workspace) -> Result<Run, Failure> {
+    built(workspace, "cargo-deny", CARGO_DENY, &["--version"])
+}
+
+/// A tool of cargo, built into the target folder if `asks` is not answered with that version.
+///
+/// # Errors
+/// It cannot be built.
+pub(crate) fn built(workspace: &Workspace, name: &str, version: &str, asks: &[&str]) -> Result<Run, Failure> {
     let folder = workspace.target.join("tools");
-    let program = folder.join("bin/cargo-deny");
-    let there = workspace.command(&program).args(&["--version"]).output();
-    if !there.is_ok_and(|version| version.ends_with(CARGO_DENY)) {
-        let install =
-            ["install", "--debug", "--locked", "--quiet", "cargo-deny", "--version", CARGO_DENY, "--root"];
+    let program = folder.join("bin").join(name);
+    let there = workspace.command(&program).args(asks).output();
+    if !there.is_ok_and(|answer| answer.ends_with(version)) {
+        let install = ["install", "--debug", "--locked", "--quiet", name, "--version", version, "--root"];
         workspace.cargo(&install).args(&[&folder]).stream()?;
     }
     Ok(workspace.command(program))

@@ -55,7 +55,7 @@ impl<C: Capacity> Scheduler<C> {
     #[must_use]
     pub fn edit(&self, task: TaskId) -> Option<Dag<C>> {
         let t = &self.tasks[self.task_slot(task)?];
-        let (newest, older) = (&t.versions[usize::from(t.current)], &t.versions[1 - usize::from(t.current)]);
+        let (newest, older) = (&t.versions[usize::from(t.current)], &t.versions[usize::from(!t.current)]);
         let mut dag = newest.dag(&t.nodes);
         dag.taken = newest.nodes();
         if older.users > 0 {
@@ -73,7 +73,7 @@ impl<C: Capacity> Scheduler<C> {
         if task.revision != edit.revision {
             return Err(CommitError::Conflict);
         }
-        if task.versions[1 - usize::from(task.current)].users > 0 {
+        if task.versions[usize::from(!task.current)].users > 0 {
             return Err(CommitError::Busy);
         }
         let levels = Levels::of(edit);

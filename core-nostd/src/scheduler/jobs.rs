@@ -15,7 +15,8 @@ crate::capacity::stored! {
     pub(super) struct Job<C: Capacity> {
         pub(super) task: TaskId,
         pub(super) generation: u16,
-        pub(super) version: u8,
+        /// Whether it has the second version of its task.
+        pub(super) version: bool,
         /// Whether a node started, or a result was taken.
         pub(super) started: bool,
         /// Nodes that are not done. As wide as it is loaded: a wide load soon after a narrow store waits for it.

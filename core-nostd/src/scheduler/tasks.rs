@@ -77,8 +77,8 @@ crate::capacity::stored! {
     #[derive(Clone, Copy, Debug)]
     pub(super) struct Task<C: Capacity> {
         pub(super) admitted: bool,
-        /// The version that new jobs get.
-        pub(super) current: u8,
+        /// Whether new jobs get the second version.
+        pub(super) current: bool,
         pub(super) generation: u16,
         /// Counts commits, so that an edit knows whether another came between; 1 from the start.
         pub(super) revision: u32,
@@ -105,7 +105,7 @@ impl<C: Capacity> Scheduler<C> {
         let slot = (0..C::TASKS).find(|t| !self.tasks[*t].admitted).ok_or(AddTaskError::Full)?;
         let lanes = self.lanes_by_pool();
         let task = &mut self.tasks[slot];
-        (task.admitted, task.current, task.revision, task.next_job, task.end) = (true, 0, 0, 0, 0);
+        (task.admitted, task.current, task.revision, task.next_job, task.end) = (true, false, 0, 0, 0);
         task.timing = timing;
         task.versions = [Version::EMPTY; 2];
         task.install(&levels, &self.config, lanes.as_ref());
@@ -150,7 +150,7 @@ impl<C: Capacity> Task<C> {
     /// The version that a job of this task has.
     pub(super) fn version_of(&self, job: &Job<C>) -> &Version<C> {
         let [first, second] = &self.versions;
-        if job.version == 0 { first } else { second }
+        if job.version { second } else { first }
     }
 
     /// Takes a graph for jobs that are released from now on; nodes of the current one keep their samples.
@@ -158,7 +158,7 @@ impl<C: Capacity> Task<C> {
         let current = &self.versions[usize::from(self.current)];
         let here = current.nodes();
         // A version without jobs is replaced in place; else the other one becomes current.
-        self.current ^= u8::from(current.users > 0);
+        self.current ^= current.users > 0;
         for place in levels.places() {
             self.nodes[place] = *levels.dag.at(place);
             if !here.contains(place) {

@@ -10,6 +10,7 @@ use crate::config::{Config, Gate};
 use crate::deadlines::SubDeadlines;
 use crate::graph::{Dag, Levels, Node, NodeSet, Role};
 use crate::time::Duration;
+use core::hint::select_unpredictable;
 
 crate::capacity::stored! {
     #[derive(Clone, Copy, Debug)]
@@ -82,25 +83,32 @@ impl<C: Capacity> Version<C> {
         new.slack = due.as_nanos().cast_signed().saturating_sub_unsigned(levels.critical_path());
     }
 
-    /// Nodes by (key, node id); the node id is in the low 8 bits.
-    ///
-    /// One integer sorts faster than a pair. Where keys lie so far apart that the two do not fit one (2 years),
-    /// pairs are compared. Keys mostly grow along the levels, and what is nearly sorted is sorted faster.
-    fn sorted(levels: &Levels<'_, C>, key: impl Fn(usize) -> i64) -> C::Nodes<u64> {
-        let first = levels.places().map(&key).min().unwrap_or(0);
-        let (mut sorted, mut len, mut fits) = (<C::Nodes<u64>>::EMPTY, 0, true);
+    /// Nodes by (key, node id); the node id is in the low 8 bits. Merges runs of 1, 2, 4, ... nodes in pairs: the
+    /// library's sort panics where an order contradicts itself.
+    fn sorted(levels: &Levels<'_, C>, key: impl Fn(usize) -> i64) -> C::Nodes<u128> {
+        let (mut sorted, mut len, mut run) = (<C::Nodes<u128>>::EMPTY, 0, 1);
         levels.places().for_each(|i| {
-            let span = key(i).abs_diff(first);
-            fits &= span < 1 << 56;
-            sorted[len] = (span << 8) | i as u64;
+            // With its sign bit turned, a negative key is below the others.
+            sorted[len] = u128::from(key(i).cast_unsigned() ^ 1 << 63) << 8 | i as u128;
             len += 1;
         });
-        match sorted.as_mut().get_mut(..len) {
-            Some(used) if fits => used.sort_unstable(),
-            Some(used) => {
-                used.sort_unstable_by_key(|packed| (key(usize::from(*packed as u8)), *packed as u8));
+        while run < len {
+            let (runs, mut middle) = (sorted, run);
+            while middle < len {
+                let (mut at, mut left, mut right) = (middle - run, middle - run, middle);
+                let end = len.min(middle + run);
+                // Most runs follow each other already.
+                let in_order = runs[middle - 1] < runs[middle];
+                while !in_order && left < middle {
+                    let is_right = right < end && runs[right] < runs[left];
+                    sorted[at] = select_unpredictable(is_right, runs[right.min(end - 1)], runs[left]);
+                    (left, right) = (left + usize::from(!is_right), right + usize::from(is_right));
+                    at += 1;
+                }
+                // What remains of the right run is in its place.
+                middle += 2 * run;
             }
-            None => {}
+            run *= 2;
         }
         sorted
     }

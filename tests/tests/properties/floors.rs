@@ -2,19 +2,12 @@
 
 use proptest::prelude::*;
 use red_core::Floor;
+use red_tests::model::is_violated;
 
 use crate::cases;
 
 /// Jobs that a floor remembers.
 const MEMORY: u64 = 128;
-
-/// Whether some window of `k` consecutive jobs lost more than `k - m`.
-pub(crate) fn is_violated(dropped: &[u64], m: u32, k: u32) -> bool {
-    let (k, spare) = (u64::from(k), (k - m) as usize);
-    dropped
-        .iter()
-        .any(|first| dropped.iter().filter(|job| (*first..*first + k).contains(job)).count() > spare)
-}
 
 proptest! {
     #![proptest_config(cases(512))]

@@ -1,11 +1,8 @@
 //! What holds for every input: of the formulas, of the queue, of the floors, and of whole runs.
 
 mod calls;
-#[path = "../drive/mod.rs"]
-mod drive;
 mod floors;
 mod graphs;
-mod model;
 mod queue;
 mod rules;
 mod runs;

@@ -5,14 +5,14 @@ use red_core::{
     Action, Caps, Config, Dag, DeadlineRule, Duration, Frame, Gate, Instant, Node, NodeId, Scheduler, Timing,
     Wcet,
 };
+use red_tests::drive::{Blind, Drive, Watch};
+use red_tests::model::Model;
 use red_tests::rng::{Shape, random_workload};
 use red_workload::model::{Part, Work, Workload};
 use red_workload::policy::Policy;
 
 use crate::cases;
-use crate::drive::{Blind, Drive};
 use crate::graphs::random_graph;
-use crate::model::Model;
 
 /// Long enough for several jobs of most tasks.
 const HORIZON_NS: u64 = 300_000_000;
@@ -98,7 +98,7 @@ proptest! {
 /// Nothing costs anything: whatever ends, ends at its release.
 struct AtOnce;
 
-impl crate::drive::Watch for AtOnce {
+impl Watch for AtOnce {
     fn ended(&mut self, outcome: &red_core::Outcome) {
         assert_eq!((outcome.at, outcome.shed), (outcome.release, None));
     }

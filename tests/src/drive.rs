@@ -5,9 +5,10 @@ use red_core::{
     UnitId,
 };
 use red_sim::Lab;
-use red_tests::rng::Rng;
 use red_workload::build::{self, Plan};
 use red_workload::model::{Arrival, Workload};
+
+use crate::rng::Rng;
 
 /// Lanes of all pools together, at most.
 const LANES: usize = 32;
@@ -15,7 +16,7 @@ const LANES: usize = 32;
 const EVENTS: usize = 4096;
 
 /// Sees everything that happens, in its order.
-pub(crate) trait Watch {
+pub trait Watch {
     /// A job was released; the next events are its own.
     fn released(&mut self, _scheduler: &Scheduler<Lab>, _task: usize, _index: u64, _now: u64) {}
     /// `poll` answered; `events` are those of this call.
@@ -31,14 +32,18 @@ pub(crate) trait Watch {
 }
 
 /// A watcher that does not look.
-pub(crate) struct Blind;
+#[derive(Clone, Copy, Debug)]
+pub struct Blind;
 
 impl Watch for Blind {}
 
 /// The host.
-pub(crate) struct Drive {
-    pub(crate) scheduler: Box<Scheduler<Lab>>,
-    pub(crate) tasks: Vec<TaskId>,
+#[derive(Debug)]
+pub struct Drive {
+    /// What it drives.
+    pub scheduler: Box<Scheduler<Lab>>,
+    /// Its tasks, in the order of the file.
+    pub tasks: Vec<TaskId>,
     plan: Plan<Lab>,
     applied: Vec<bool>,
     arrivals: Vec<Arrival>,
@@ -51,13 +56,15 @@ pub(crate) struct Drive {
     /// Execution times, in percent of the WCET.
     percent: (u64, u64),
     rng: Rng,
-    pub(crate) edits: u32,
-    pub(crate) sheds: u32,
+    /// Changes of graphs that were applied.
+    pub edits: u32,
+    /// Jobs given up, refused ones included.
+    pub sheds: u32,
 }
 
 impl Drive {
     /// Admits a workload. Execution times are drawn between two shares of the WCET, in percent.
-    pub(crate) fn new(workload: &Workload, config: Config, percent: (u64, u64), seed: u64) -> Self {
+    pub fn new(workload: &Workload, config: Config, percent: (u64, u64), seed: u64) -> Self {
         let mut scheduler = Box::new(Scheduler::EMPTY);
         let (plan, tasks) =
             build::admit(&mut scheduler, workload, config).expect("random workloads are valid");
@@ -80,7 +87,7 @@ impl Drive {
     }
 
     /// Runs over [0, `horizon_ns`), and then lets what is in flight end without further releases.
-    pub(crate) fn run(&mut self, horizon_ns: u64, watch: &mut impl Watch) {
+    pub fn run(&mut self, horizon_ns: u64, watch: &mut impl Watch) {
         while let Some(now) = self.next_instant(horizon_ns) {
             let at = Instant::from_nanos(now);
             self.now = Some(now);

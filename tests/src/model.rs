@@ -10,7 +10,6 @@ use red_sim::Lab;
 use red_workload::model::Workload;
 
 use crate::drive::Watch;
-use crate::floors;
 
 /// Weights, frame name, and who took the picture: a sensor by its period and number, or the job itself.
 type FrameKey = (u16, u16, Result<(usize, u64), (usize, u64)>);
@@ -35,7 +34,7 @@ struct OnLane {
 }
 
 /// Judges a run under REDRT in which every node takes its WCET.
-pub(crate) struct Model<'a> {
+pub struct Model<'a> {
     workload: &'a Workload,
     /// Distinct sensor periods in their order.
     periods: Vec<u64>,
@@ -43,12 +42,15 @@ pub(crate) struct Model<'a> {
     lanes: BTreeMap<usize, OnLane>,
     /// Jobs that were dropped by choice, by task.
     dropped: Vec<Vec<u64>>,
-    pub(crate) dispatches: u32,
-    pub(crate) merges: u32,
+    /// Units started.
+    pub dispatches: u32,
+    /// Of them, those of several encoders.
+    pub merges: u32,
 }
 
 impl<'a> Model<'a> {
-    pub(crate) fn new(workload: &'a Workload) -> Self {
+    /// Nothing is in flight.
+    pub fn new(workload: &'a Workload) -> Self {
         let mut periods = Vec::new();
         for sensor in &workload.sensors {
             if !periods.contains(&sensor.period_ns) {
@@ -165,7 +167,7 @@ impl<'a> Model<'a> {
     }
 
     /// After the last job: nothing is left behind, and no floor was broken.
-    pub(crate) fn finish(&self, scheduler: &Scheduler<Lab>) {
+    pub fn finish(&self, scheduler: &Scheduler<Lab>) {
         assert!(self.jobs.is_empty() && self.lanes.is_empty(), "something never ended");
         for pool in 0..self.workload.pools.len() {
             assert_eq!(
@@ -175,7 +177,7 @@ impl<'a> Model<'a> {
             );
         }
         for (task, dropped) in self.workload.tasks.iter().zip(&self.dropped) {
-            let broken = task.floor.is_some_and(|(m, k)| floors::is_violated(dropped, m, k));
+            let broken = task.floor.is_some_and(|(m, k)| is_violated(dropped, m, k));
             assert!(!broken, "{}: floor {:?}, dropped {dropped:?}", task.name, task.floor);
         }
     }
@@ -260,4 +262,12 @@ impl Watch for Model<'_> {
             "{outcome:?} is still in flight"
         );
     }
+}
+
+/// Whether some window of `k` consecutive jobs lost more than `k - m`.
+pub fn is_violated(dropped: &[u64], m: u32, k: u32) -> bool {
+    let (k, spare) = (u64::from(k), (k - m) as usize);
+    dropped
+        .iter()
+        .any(|first| dropped.iter().filter(|job| (*first..*first + k).contains(job)).count() > spare)
 }

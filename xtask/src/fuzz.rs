@@ -1,0 +1,156 @@
+//! Random inputs: libFuzzer's targets in `fuzz`, with AddressSanitizer.
+//!
+//! What was found interesting stays in the target folder and is where the next run begins; an input that fails stays
+//! in `fuzz/artifacts`.
+
+use std::fs;
+
+use crate::depth::Depth;
+use crate::nightly::{HOST, Nightly, Said, hear};
+use crate::process::Failure;
+use crate::report::Tally;
+use crate::tools;
+use crate::workspace::Workspace;
+
+const CARGO_FUZZ: &str = "0.13.2";
+
+/// A target, its longest input, where its first inputs are, and what a planted bug says.
+struct Target {
+    name: &'static str,
+    longest: u32,
+    seeds: &'static [&'static str],
+    planted: &'static str,
+}
+
+const TARGETS: &[Target] = &[
+    Target {
+        name: "workload",
+        longest: 2_048,
+        seeds: &["fuzz/seeds/workload", "examples", "examples/scenarios"],
+        planted: "a planted bug",
+    },
+    Target {
+        name: "core_calls",
+        longest: 512,
+        seeds: &[],
+        planted: "a clock that stepped back made a difference",
+    },
+    Target { name: "core_runs", longest: 6, seeds: &[], planted: "oracle" },
+    Target { name: "replay_log", longest: 1_024, seeds: &[], planted: "a planted bug" },
+];
+
+/// Executions of each target if nobody says how many.
+const EXECUTIONS: u64 = 1_000_000;
+
+/// What is asked of `cargo xtask fuzz`.
+pub(crate) struct Wish<'a> {
+    target: Option<&'a Target>,
+    executions: u64,
+}
+
+impl Wish<'_> {
+    /// # Errors
+    /// What is not known.
+    pub(crate) fn of(words: &[&str]) -> Result<Self, String> {
+        let mut wish = Self { target: None, executions: EXECUTIONS };
+        let mut words = words.iter();
+        while let Some(word) = words.next() {
+            if *word == "--executions" {
+                let number = words.next().and_then(|number| number.parse().ok());
+                wish.executions = number.ok_or("--executions takes a number")?;
+            } else {
+                let known = TARGETS.iter().find(|target| target.name == *word);
+                let names = || TARGETS.iter().map(|target| target.name).collect::<Vec<_>>().join(", ");
+                wish.target =
+                    Some(known.ok_or_else(|| format!("no target {word:?}; there are {}", names()))?);
+            }
+        }
+        Ok(wish)
+    }
+}
+
+/// `cargo xtask fuzz`.
+///
+/// # Errors
+/// A tool is missing, or an input fails.
+pub(crate) fn run(workspace: &Workspace, wish: &Wish<'_>) -> Result<Tally, Failure> {
+    let fuzzer = Fuzzer::new(workspace)?;
+    let bound = format!("-runs={}", wish.executions);
+    for target in TARGETS.iter().filter(|target| wish.target.is_none_or(|only| only.name == target.name)) {
+        fuzzer.explore(target, &bound)?;
+    }
+    Ok(Tally::default())
+}
+
+/// # Errors
+/// A tool is missing, an input fails, or a planted bug is not found.
+pub(crate) fn step(workspace: &Workspace, depth: Depth) -> Result<Tally, Failure> {
+    let fuzzer = Fuzzer::new(workspace)?;
+    let bound = match depth {
+        Depth::Quick => "-max_total_time=30",
+        Depth::Deep => "-max_total_time=900",
+    };
+    for target in TARGETS {
+        fuzzer.explore(target, bound)?;
+    }
+    for target in TARGETS {
+        let said = fuzzer.start(target, &["--features", "planted"], &["-max_total_time=120"])?;
+        said.found(target.name, target.planted)?;
+    }
+    Ok(Tally { passed: 2 * TARGETS.len() as u32, ..Tally::default() })
+}
+
+struct Fuzzer<'a> {
+    workspace: &'a Workspace,
+    nightly: Nightly<'a>,
+}
+
+impl<'a> Fuzzer<'a> {
+    fn new(workspace: &'a Workspace) -> Result<Self, Failure> {
+        let nightly = Nightly::with(workspace, &["rust-src"])?;
+        tools::built(workspace, "cargo-fuzz", CARGO_FUZZ, &["--version"])?;
+        Ok(Self { workspace, nightly })
+    }
+
+    /// Runs a target and says how far it came.
+    fn explore(&self, target: &Target, bound: &str) -> Result<(), Failure> {
+        let text = self.start(target, &[], &[bound])?.well(target.name)?;
+        let number =
+            |name: &str| text.lines().find_map(|line| line.strip_prefix(name)).map_or("?", str::trim);
+        let last = text.lines().rfind(|line| line.starts_with('#') && line.contains(" cov: ")).unwrap_or("");
+        let after = |word: &str| last.split_whitespace().skip_while(|w| *w != word).nth(1).unwrap_or("?");
+        println!(
+            "{}: {} executions, {} a second, {} edges, {} features, {} inputs kept",
+            target.name,
+            number("stat::number_of_executed_units:"),
+            number("stat::average_exec_per_sec:"),
+            after("cov:"),
+            after("ft:"),
+            after("corp:")
+        );
+        Ok(())
+    }
+
+    fn start(&self, target: &Target, features: &[&str], bounds: &[&str]) -> Result<Said, Failure> {
+        let folder = self.nightly.target("fuzz");
+        // Planted bugs begin from nothing, so that none is found by what another run left.
+        let kept = folder.join(if features.is_empty() { "corpus" } else { "planted" }).join(target.name);
+        if !features.is_empty() && kept.exists() {
+            fs::remove_dir_all(&kept).map_err(|reason| file(&kept, reason))?;
+        }
+        fs::create_dir_all(&kept).map_err(|reason| file(&kept, reason))?;
+        let longest = format!("-max_len={}", target.longest);
+        let run = ["fuzz", "run", "--fuzz-dir", "fuzz", "--target", HOST, "--target-dir"];
+        let run =
+            self.nightly.cargo(&run).args(&[&folder]).args(features).args(&[target.name]).args(&[&kept]);
+        let seeds = target.seeds.iter().map(|seed| self.workspace.root.join(seed));
+        let run = run.args(&seeds.collect::<Vec<_>>()).args(&["--", &longest, "-print_final_stats=1"]);
+        // A planted bug leaves nothing in the sources' folder.
+        let found = (!features.is_empty()).then(|| format!("-artifact_prefix={}/", kept.display()));
+        hear(run.args(found.as_slice()).args(bounds))
+    }
+}
+
+fn file(path: &std::path::Path, reason: std::io::Error) -> Failure {
+    Failure::File { path: path.display().to_string(), reason }
+}

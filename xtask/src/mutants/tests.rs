@@ -1,0 +1,18 @@
+use super::*;
+
+#[test]
+fn the_bound_is_wilsons() {
+    let percent = |hits, of| (1_000.0 * lower_bound(hits, of)).round();
+    assert_eq!([percent(90, 100), percent(360, 400), percent(20, 20)], [840.0, 873.0, 881.0]);
+    assert_eq!(lower_bound(0, 0), 0.0);
+}
+
+#[test]
+fn words_are_pairs_of_a_name_and_a_number() {
+    let wish = |words: &[&str]| Wish::of(words).map(|wish| (wish.sample, wish.seed));
+    assert_eq!(wish(&[]), Ok((400, 1)));
+    assert_eq!(wish(&["--seed", "7", "--sample", "20"]), Ok((20, 7)));
+    assert!(
+        wish(&["--seed"]).is_err() && wish(&["--sample", "x"]).is_err() && wish(&["--all", "1"]).is_err()
+    );
+}

@@ -1,0 +1,73 @@
+//! ThreadSanitizer on lanes under stress, AddressSanitizer on everything that is unsafe.
+
+use crate::depth::Depth;
+use crate::nightly::{HOST, Nightly, hear};
+use crate::process::{Failure, Run};
+use crate::report::Tally;
+use crate::workspace::Workspace;
+
+/// A sanitizer sees only the interleavings that happen: a planted race is tried so often.
+const TRIES: u32 = 20;
+
+/// # Errors
+/// A sanitizer speaks, a test fails, or a planted bug is not seen.
+pub(crate) fn step(workspace: &Workspace, depth: Depth) -> Result<Tally, Failure> {
+    let nightly = Nightly::with(workspace, &["rust-src"])?;
+    let threads = threads(&nightly, depth)?;
+    Ok(threads + addresses(&nightly)?)
+}
+
+/// The standard library is built anew, so that its own synchronisation is seen.
+fn threads(nightly: &Nightly<'_>, depth: Depth) -> Result<Tally, Failure> {
+    let cargo = |arguments: &[&str]| {
+        sanitized(nightly, "thread", arguments)
+            .args(&["-Zbuild-std", "--target", HOST])
+            .env("TSAN_OPTIONS", "halt_on_error=1")
+    };
+    let planted = |bug: &str| cargo(&["run", "--quiet", "--package", "red-planted"]).args(&["--", bug]);
+    hear(planted("sound"))?.well("a lock that is right")?;
+    let mut race = hear(planted("race"))?;
+    for _ in 1..TRIES {
+        if !race.status.success() {
+            break;
+        }
+        race = hear(planted("race"))?;
+    }
+    race.found("race", "WARNING: ThreadSanitizer: data race")?;
+    let rounds = match depth {
+        Depth::Quick => "20",
+        Depth::Deep => "400",
+    };
+    let stress = ["test", "--package", "red-rt", "--test", "stress"];
+    let tally = cargo(&stress).env("RED_STRESS_ROUNDS", rounds).stream()?;
+    Ok(Tally { passed: tally.passed + 2, ..tally })
+}
+
+fn addresses(nightly: &Nightly<'_>) -> Result<Tally, Failure> {
+    let cargo = |arguments: &[&str]| sanitized(nightly, "address", arguments).args(&["--target", HOST]);
+    let planted = |bug: &str| cargo(&["run", "--quiet", "--package", "red-planted"]).args(&["--", bug]);
+    hear(planted("sound"))?.well("a lock that is right")?;
+    hear(planted("freed"))?.found("freed", "AddressSanitizer: heap-use-after-free")?;
+    let tests = [
+        "test",
+        "--lib",
+        "--tests",
+        "--package",
+        "red-sync",
+        "--package",
+        "red-rt",
+        "--package",
+        "red-bodies",
+    ];
+    let tally = cargo(&tests).stream()?;
+    Ok(Tally { passed: tally.passed + 2, ..tally })
+}
+
+/// Addresses are not drawn: a sanitizer's own memory has its fixed place.
+fn sanitized(nightly: &Nightly<'_>, sanitizer: &str, arguments: &[&str]) -> Run {
+    nightly
+        .cargo(arguments)
+        .env("RUSTFLAGS", format!("-Zsanitizer={sanitizer}"))
+        .env("CARGO_TARGET_DIR", nightly.target(sanitizer))
+        .env("CARGO_TARGET_X86_64_UNKNOWN_LINUX_GNU_RUNNER", "setarch -R")
+}
