@@ -92,7 +92,7 @@ impl Host {
             while let Some(request) = requests.next() {
                 notes.posted -= 1;
                 scheduler.release_at(request.task, request.at, request.capture, now).expect("there is room");
-                let graph = notes.graph.clone();
+                let graph = notes.graph;
                 notes.jobs.push(Job { graph, begun: Vec::new(), done: Vec::new() });
             }
             while let Some(action) = scheduler.poll_on(LaneId::new(me as u8), now) {
@@ -181,7 +181,7 @@ fn run(forgets_an_edge: bool) {
     let graph = random_graph();
     let mut scheduler = Scheduler::new(Config::EDF.with_lanes(LANES as u8));
     let task = scheduler.add_task(&graph, Timing::new(Duration::from_secs(1))).expect("room for one task");
-    let mut known = graph.clone();
+    let mut known = graph;
     if forgets_an_edge {
         // What is held against the scheduler has an edge more than it was told of.
         let nodes: Vec<NodeId> = known.nodes().collect();
