@@ -106,11 +106,11 @@ fn each_unit_is_taken_once_and_whole() {
 /// A unit was handed to a thread that is late; its spare discards it and is handed the next one.
 fn discards(does: bool) {
     let lane = Arc::new(Lane::default());
-    hand(&lane.seat, 1);
     let late = {
         let lane = lane.clone();
         thread::spawn(move || take(&lane.seat))
     };
+    hand(&lane.seat, 1);
     let host = {
         let lane = lane.clone();
         thread::spawn(move || {

@@ -81,7 +81,7 @@ impl Seat {
         let work = self.read();
         // Only one of a lane's threads wins. Release: partner of the Acquire above, and of that in `discard`, after which
         // the work may be overwritten; as no load of ours may take effect after that, this is about load buffering.
-        let won = self.own.taken.compare_exchange(taken, unit, Ordering::AcqRel, Ordering::Relaxed);
+        let won = self.own.taken.compare_exchange(taken, unit, Ordering::Release, Ordering::Relaxed);
         won.is_ok().then(|| (UnitId::from_bits(unit), work))
     }
 
