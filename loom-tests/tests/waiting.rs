@@ -31,6 +31,8 @@ struct Scene {
     is_request: bool,
     /// The last lane hands the first one a body.
     hands: bool,
+    /// It is a third lane that does, and that brings the instant nearer; afterwards it is busy.
+    is_begun_by_a_third: bool,
     /// Nobody knocks.
     without_knock: bool,
     /// Nobody rings the keeper.
@@ -68,15 +70,8 @@ impl Host {
         if self.waiting.is_stopping() {
             return Next::Leave;
         }
-        let begins = me + 1 == self.scene.lanes && !locked.has_begun;
-        let mut is_sooner = false;
-        if begins {
-            locked.has_begun = true;
-            if self.scene.hands {
-                self.waiting.seats[0].hand(UnitId::from_bits(1), &Work::default());
-            }
-            is_sooner = !self.scene.is_request && self.waiting.plan(SOON, 0);
-        }
+        let begins = me + 1 == self.scene.lanes && !locked.has_begun && !self.scene.is_begun_by_a_third;
+        let is_sooner = begins && self.begin(&mut locked);
         let finds = if self.scene.is_request {
             self.mailbox.pop().is_some()
         } else {
@@ -98,6 +93,15 @@ impl Host {
             return Next::Leave;
         }
         Next::Idle
+    }
+
+    /// What the turn does that is first. Whether the next instant came nearer.
+    fn begin(&self, locked: &mut Locked) -> bool {
+        locked.has_begun = true;
+        if self.scene.hands {
+            self.waiting.seats[0].hand(UnitId::from_bits(1), &Work::default());
+        }
+        !self.scene.is_request && self.waiting.plan(SOON, 0)
     }
 
     /// A lane from its first turn to its last.
@@ -133,14 +137,28 @@ fn play(scene: Scene) {
             host.waiting.knock();
         }
     } else {
+        if scene.is_begun_by_a_third {
+            let mut locked = host.locked.lock().unwrap();
+            let is_sooner = host.begin(&mut locked);
+            drop(locked);
+            if is_sooner {
+                host.waiting.ring_keeper(scene.lanes);
+            }
+        }
         kernel::advance(SOON + LATER / 2);
     }
     lanes.into_iter().for_each(|lane| lane.join().unwrap());
     assert!(host.locked.lock().unwrap().is_done);
 }
 
-const REQUEST: Scene =
-    Scene { lanes: 1, is_request: true, hands: false, without_knock: false, without_ring: false };
+const REQUEST: Scene = Scene {
+    lanes: 1,
+    is_request: true,
+    hands: false,
+    is_begun_by_a_third: false,
+    without_knock: false,
+    without_ring: false,
+};
 const INSTANT: Scene = Scene { is_request: false, ..REQUEST };
 
 #[test]
@@ -171,6 +189,11 @@ fn an_instant_that_came_nearer_is_kept() {
 #[test]
 fn the_time_is_kept_by_the_lane_that_stays_idle() {
     explore(3, || play(Scene { lanes: 2, hands: true, ..INSTANT }));
+}
+
+#[test]
+fn an_instant_that_a_busy_lane_brought_nearer_is_kept_by_the_next_keeper() {
+    explore(3, || play(Scene { lanes: 2, hands: true, is_begun_by_a_third: true, ..INSTANT }));
 }
 
 #[test]
