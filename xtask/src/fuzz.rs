@@ -29,13 +29,8 @@ const TARGETS: &[Target] = &[
         seeds: &["fuzz/seeds/workload", "examples", "examples/scenarios"],
         planted: "a message of ",
     },
-    Target {
-        name: "core_calls",
-        longest: 512,
-        seeds: &[],
-        planted: "a clock that stepped back made a difference",
-    },
-    Target { name: "core_runs", longest: 6, seeds: &[], planted: "oracle" },
+    Target { name: "core_calls", longest: 512, seeds: &[], planted: "panicked at" },
+    Target { name: "core_runs", longest: 6, seeds: &[], planted: "panicked at" },
     Target { name: "replay_log", longest: 1_024, seeds: &[], planted: "a planted bug" },
 ];
 
