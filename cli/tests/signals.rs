@@ -99,10 +99,15 @@ fn a_signal_ends_the_demo_with_the_runs_so_far_and_nothing_stays_behind() {
     assert_eq!((runs.len(), &runs[0]["policy"]), (1, &"edf".into()));
     let names = |folder: &PathBuf| -> Vec<String> {
         let entries = fs::read_dir(folder).unwrap();
-        entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect()
+        let mut names: Vec<_> =
+            entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+        names.sort();
+        names
     };
-    assert_eq!(names(&folder), ["out"], "the unpacked networks are gone");
-    assert_eq!(names(&out), ["edf.trace.json"]);
+    assert_eq!(names(&folder), ["out"], "nothing is left elsewhere");
+    let networks = ["control.onnx", "demo.toml", "detect.onnx"];
+    let rest = ["edf.redlog", "edf.trace.json", "encoder.onnx", "lane.onnx", "segment.onnx"];
+    assert_eq!(names(&out), [&networks[..], &rest[..]].concat());
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! What the models of `tests` share. Empty without `--cfg loom`; `cargo xtask loom` runs them.
 //!
 //! The synchronizers and the protocols of the Linux host are the very files of `sync/src` and `rt-linux/src`, over
-//! [`primitive`] in the place of those packages' modules of the same name.
+//! `primitive` in the place of those packages' modules of the same name.
 #![cfg(loom)]
 #![allow(missing_docs, reason = "the checker's atomics are documented by those of the language")]
 #![allow(dead_code, reason = "not all that the included files have is in a model")]

@@ -48,6 +48,8 @@ impl<C: Capacity> Scheduler<C> {
             self.counters.encoder_runs_saved += 1;
             self.note(EventKind::Hit, slot, e, 0);
             self.settle_one(slot, e);
+            // An encoder without decoders leaves nobody who would free it.
+            self.keep_or_free(place);
         }
     }
 

@@ -63,3 +63,12 @@ fn a_failure_that_one_of_two_does_not_hear_of_is_found() {
     };
     assert!(tried(false).is_ok() && tried(true).is_err());
 }
+
+#[test]
+fn a_result_that_an_encoder_without_decoders_took_last_is_freed() {
+    let limited = configurations().into_iter().find(|config| config.memory.is_some());
+    let mut host = Host::new(limited.expect("one of them has a budget"));
+    let calls = [Call::Edit(1, Change::Add(3, 0, 0)), Call::Commit, Call::Release(1)];
+    calls.into_iter().for_each(|call| host.call(call));
+    host.finish();
+}
