@@ -27,6 +27,7 @@ mod entry {
         fn Post_push(post: &Post<'_, Request, 8>, letter: Request) -> Result<(), Request> { post.push(letter) }
         fn Post_drop(post: Post<'_, Request, 8>) { drop(post) }
         fn TicketLock_new(value: u64) -> TicketLock<u64> { TicketLock::new(value) }
+        fn TicketLock_drawn(lock: &TicketLock<u64>) -> u32 { lock.drawn() }
         fn TicketLock_with(lock: &TicketLock<u64>, value: u64) -> u64 {
             lock.with(|inside| core::mem::replace(inside, value))
         }
