@@ -38,7 +38,7 @@ fn agree(waits: bool) {
             let claimed = shared.slot.claim(deadline);
             if claimed {
                 shared.slot.expire(|thread| {
-                    assert_eq!(thread, THREAD, "the wrong thread");
+                    assert_eq!(thread, Some(THREAD), "the wrong thread");
                     // SAFETY: the thread waits until this is over.
                     shared.policy.with_mut(|policy| unsafe { *policy = 1 });
                 });

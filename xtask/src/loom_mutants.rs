@@ -133,14 +133,24 @@ pub(crate) fn mutants_of(file: &str, text: &str) -> Vec<Mutant> {
         }
         start += line.len();
     }
-    // An ordering may not be weaker than the call allows: stores do not acquire, loads do not release.
-    found.retain(|mutant| {
-        let call = text[..mutant.at.0].rfind(['.']).map_or("", |dot| &text[dot..mutant.at.0]);
-        !(call.starts_with(".store(") && mutant.weak == "Acquire"
-            || call.starts_with(".store(") && mutant.weak == "AcqRel"
-            || call.starts_with(".load(") && matches!(mutant.weak, "Release" | "AcqRel"))
+    // Only what the call allows: stores do not acquire, loads do not release.
+    found.retain(|mutant| match (call(&text[..mutant.at.0]), mutant.weak) {
+        ("store", weak) => !matches!(weak, "Acquire" | "AcqRel"),
+        ("load", weak) => !matches!(weak, "Release" | "AcqRel"),
+        _ => true,
     });
     found
+}
+
+/// The function whose arguments are open at the end of this text.
+fn call(text: &str) -> &str {
+    let mut closed = 0;
+    let open = text.char_indices().rev().find(|(_, c)| {
+        closed += i32::from(*c == ')') - i32::from(*c == '(');
+        closed < 0
+    });
+    let name = open.map_or("", |(at, _)| &text[..at]);
+    &name[name.rfind(|c: char| !c.is_alphanumeric() && c != '_').map_or(0, |at| at + 1)..]
 }
 
 /// Which models belong to which file, by what their heads say. Every file that they name is there.

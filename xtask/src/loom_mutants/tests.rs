@@ -6,7 +6,7 @@ fn every_ordering_is_weakened_by_one_step() {
                 word.store(1, Ordering::Release); // Ordering::Acquire\n\
                 word.load(Ordering::Relaxed);\n\
                 // Only for load buffering.\n\
-                word.swap(1, Ordering::AcqRel);\n\
+                word.swap(other.load(Ordering::Relaxed), Ordering::AcqRel);\n\
                 word.load(Ordering::SeqCst);\n";
     let found: Vec<_> = mutants_of("a.rs", text)
         .into_iter()
