@@ -13,7 +13,6 @@ use crate::miri;
 use crate::preempt_rt;
 use crate::process::Failure;
 use crate::report::Tally;
-use crate::sanitizers;
 use crate::symbols;
 use crate::tools;
 use crate::traces;
@@ -53,11 +52,6 @@ const STEPS: &[Step] = &[
     Step { name: "examples", what: "every example runs", run: examples },
     Step { name: "deny", what: "licences, sources and duplicates of the dependencies", run: deny },
     Step { name: "fuzz", what: "random inputs for the readers and the calls", run: fuzz::step },
-    Step {
-        name: "sanitizers",
-        what: "races under stress, and what unsafe code does to memory",
-        run: sanitizers::step,
-    },
     Step { name: "miri", what: "unit tests of core and synchronizers in an interpreter", run: miri::step },
     Step {
         name: "loom",
