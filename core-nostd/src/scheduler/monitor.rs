@@ -42,7 +42,7 @@ impl<C: Capacity> Scheduler<C> {
                 if before == self.window { self.pools[pool].mark } else { self.busy_until(pool, before) };
             let mark = self.busy_until(pool, Instant::from_nanos(start));
             self.pools[pool].mark = mark;
-            self.pools[pool].tick_busy = mark.saturating_sub(base);
+            self.pools[pool].tick_busy = mark.wrapping_sub(base);
         }
         self.window = Instant::from_nanos(start);
         self.now = now;
@@ -53,7 +53,7 @@ impl<C: Capacity> Scheduler<C> {
     fn busy_until(&self, pool: usize, instant: Instant) -> u64 {
         let lanes = bits(self.pools[pool].lanes.into()).map(|l| &self.lanes[l]);
         let running = lanes.filter(|l| l.is_busy()).map(|l| instant.since(l.started).as_nanos());
-        self.pools[pool].busy + running.sum::<u64>()
+        running.fold(self.pools[pool].busy, u64::wrapping_add)
     }
 
     fn tick(&self) -> Duration {

@@ -200,7 +200,8 @@ impl<C: Capacity> Scheduler<C> {
     pub(super) fn free(&mut self, lane: usize) {
         let l = &mut self.lanes[lane];
         let pool = usize::from(l.pool);
-        self.pools[pool].busy += self.now.as_nanos() - l.started.as_nanos();
+        let ran = self.now.as_nanos() - l.started.as_nanos();
+        self.pools[pool].busy = self.pools[pool].busy.wrapping_add(ran);
         l.unit = UnitId::EMPTY;
         // With one lane the whole word is stored, as in `activate`.
         self.pools[pool].free = if C::LANES == 1 { 1 } else { self.pools[pool].free | 1 << lane };

@@ -72,3 +72,13 @@ fn a_result_that_an_encoder_without_decoders_took_last_is_freed() {
     calls.into_iter().for_each(|call| host.call(call));
     host.finish();
 }
+
+/// Found by `cargo xtask fuzz core_calls`.
+#[test]
+fn lanes_that_are_busy_longer_than_a_clock_can_count_are_counted_on() {
+    let mut host = Host::new(configurations()[0]);
+    let calls =
+        [Call::Release(0), Call::Release(1), Call::Poll, Call::Leap(62), Call::Leap(62), Call::Leap(62)];
+    calls.into_iter().for_each(|call| host.call(call));
+    host.finish();
+}
