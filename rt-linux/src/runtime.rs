@@ -168,6 +168,10 @@ where
     let above = starter.mode.fifo(0).map(|f| Fifo { priority: f.priority + 1, ..f });
     let watchdog = Watchdog::start(slots, above, Oversight::of(shared.clone()));
     let watchdog = watchdog.inspect_err(|_| starter.let_through(Gate::Cancelled))?;
+    if signals.requested().is_some() {
+        // It came before the run: no lane begins anything.
+        shared.waiting.stop();
+    }
     started(shared.clone());
     starter.let_through(Gate::Open(shared.clone()));
 

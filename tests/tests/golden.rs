@@ -45,6 +45,11 @@ fn a_result_in_the_way_of_the_head_is_made_again() {
 }
 
 #[test]
+fn encoders_do_not_throw_each_others_results_away_for_ever() {
+    golden("memory_encoders", &[PLAIN[0], Run { preempt: true, ..PLAIN[0] }], 100);
+}
+
+#[test]
 fn a_floor_keeps_jobs_from_being_dropped() {
     golden("overload_floors", &[Run { policy: Policy::Red, preempt: false }], 60);
 }

@@ -1,23 +1,15 @@
 //! Pools with a memory budget.
 //!
-//! *Rule.* A node fits if running footprints + kept results + its own are within the budget. When the head does
-//! not fit, at most as many later nodes as the pool has lanes may overtake it; then the pool starts nothing
-//! until the head fits. If nothing runs and it still does not fit, kept results without a ready decoder go, and
-//! if that is not enough, every kept result that the head itself does not read; their encoders run again.
-//! *Why the head cannot starve.* After `lanes` overtakings every lane drains; then only results stand in its
-//! way, and a node fits beside its own encoder's result, which admission checked.
+//! *Rule.* A node fits if running footprints + kept results + its own are within the budget. While the head does not
+//! fit, at most as many later nodes as the pool has lanes overtake it. If nothing runs then, kept results without a
+//! ready decoder go, and their encoders run again; if need be, all that the head does not read. Before a head that
+//! is an encoder the most pressing ready decoder starts then, and its result stays.
+//! *Why it goes on.* A node fits beside its own encoder's result, which admission checked. Encoders alone would throw
+//! each other's results away for ever, because keys put them before decoders; a decoder's end is for good.
 
 use super::{Scheduler, event::EventKind};
 use crate::capacity::Capacity;
 use crate::policy::frame_cache::OutputState;
-
-/// Which kept results may go.
-#[derive(Clone, Copy)]
-enum Rest {
-    WithoutReadyDecoder,
-    NotReadByHead,
-    All,
-}
 
 impl<C: Capacity> Scheduler<C> {
     /// The node to start when `rank` of `slot` is the pool's head: itself, one that may overtake it, or none.
@@ -40,7 +32,7 @@ impl<C: Capacity> Scheduler<C> {
         })
     }
 
-    /// The head if it fits; else the most pressing ready node of the pool that fits, where it may be overtaken.
+    /// The head if it fits; else the most pressing ready node of the pool that does, where it may be overtaken.
     fn next_that_fits(&self, pool: usize, slot: usize, rank: usize) -> Option<(usize, usize)> {
         if self.fits(pool, slot, rank) {
             return Some((slot, rank));
@@ -48,12 +40,16 @@ impl<C: Capacity> Scheduler<C> {
         if u32::from(self.jobs[slot].place[rank]) >= self.pools[pool].lanes.count_ones() {
             return None;
         }
-        let fitting = |slot: usize| {
+        self.most_pressing(pool, |slot, rank| self.fits(pool, slot, rank))
+    }
+
+    fn most_pressing(&self, pool: usize, will_do: impl Fn(usize, usize) -> bool) -> Option<(usize, usize)> {
+        let first = |slot: usize| {
             let ready = self.jobs[slot].ready.and(&self.version(slot).in_pool[pool]);
-            let rank = ready.iter().find(|rank| self.fits(pool, slot, *rank))?;
+            let rank = ready.iter().find(|rank| will_do(slot, *rank))?;
             Some((self.rank_key(slot, rank), slot, rank))
         };
-        self.slots().filter_map(fitting).min().map(|(_, slot, rank)| (slot, rank))
+        self.slots().filter_map(first).min().map(|(_, slot, rank)| (slot, rank))
     }
 
     fn is_drained(&self, pool: usize) -> bool {
@@ -65,40 +61,47 @@ impl<C: Capacity> Scheduler<C> {
         p.used.saturating_add(self.node(slot, rank).memory.0) <= p.budget
     }
 
-    /// Nothing runs in the pool and its head does not fit: results have to go. The head may be another one
-    /// afterwards, because evicted encoders are ready again.
+    /// Nothing runs and the head does not fit. It may be another one afterwards: evicted encoders are ready.
     #[cold]
-    fn make_room(&mut self, pool: usize, mut slot: usize, mut rank: usize) -> Option<(usize, usize)> {
-        // A head that fits now starts at once; evicted encoders that are ready again come after it.
-        for rest in [Rest::WithoutReadyDecoder, Rest::NotReadByHead, Rest::All] {
-            for place in 0..C::NODES {
-                let output = &self.outputs[place];
-                let here = output.state == OutputState::Kept && usize::from(output.pool) == pool;
-                if here && self.may_go(place, rest, slot, rank) {
-                    self.evict(place);
-                }
-            }
-            if self.jobs[slot].ready.contains(rank) && self.fits(pool, slot, rank) {
-                return Some((slot, rank));
-            }
-            slot = self.pick(pool)?;
-            rank = self.head_of(slot, pool)?;
+    fn make_room(&mut self, pool: usize, slot: usize, rank: usize) -> Option<(usize, usize)> {
+        self.evict_all(pool, |s, place| {
+            !s.slots().any(|slot| s.jobs[slot].ready.iter().any(|rank| s.reads(slot, rank, place)))
+        });
+        if self.can_start(pool, slot, rank) {
+            return Some((slot, rank));
         }
-        self.fits(pool, slot, rank).then_some((slot, rank))
+        let head = self.first(pool)?;
+        let is_encoder = self.version(head.0).encoders.contains(head.1);
+        let decoder = |slot, rank| is_encoder && self.version(slot).decoders.contains(rank);
+        let (slot, rank) = self.most_pressing(pool, decoder).unwrap_or(head);
+        self.evict_all(pool, |s, place| !s.reads(slot, rank, place));
+        if !self.can_start(pool, slot, rank) {
+            self.evict_all(pool, |_, _| true);
+            return self.first(pool);
+        }
+        Some((slot, rank))
     }
 
-    fn may_go(&self, place: usize, rest: Rest, slot: usize, rank: usize) -> bool {
-        let reads = |slot: usize, rank: usize| {
-            let encoder = self.version(slot).encoder_of(rank);
-            encoder.is_some_and(|e| usize::from(self.jobs[slot].place[e]) == place + 1)
-        };
-        match rest {
-            Rest::WithoutReadyDecoder => !self.slots().any(|s| {
-                let decoders = self.jobs[s].ready.and(&self.version(s).decoders);
-                decoders.iter().any(|d| reads(s, d))
-            }),
-            Rest::NotReadByHead => !reads(slot, rank),
-            Rest::All => true,
+    fn can_start(&self, pool: usize, slot: usize, rank: usize) -> bool {
+        self.jobs[slot].ready.contains(rank) && self.fits(pool, slot, rank)
+    }
+
+    pub(super) fn first(&mut self, pool: usize) -> Option<(usize, usize)> {
+        let slot = self.pick(pool)?;
+        Some((slot, self.head_of(slot, pool)?))
+    }
+
+    fn reads(&self, slot: usize, rank: usize, place: usize) -> bool {
+        let encoder = self.version(slot).encoder_of(rank);
+        encoder.is_some_and(|e| usize::from(self.jobs[slot].place[e]) == place + 1)
+    }
+
+    fn evict_all(&mut self, pool: usize, may_go: impl Fn(&Self, usize) -> bool) {
+        for place in 0..C::NODES {
+            let o = &self.outputs[place];
+            if o.state == OutputState::Kept && usize::from(o.pool) == pool && may_go(self, place) {
+                self.evict(place);
+            }
         }
     }
 

@@ -1,8 +1,9 @@
 //! Preemption, for hosts whose lanes can give a unit back: the simulator, and analysis by simulation.
 //!
-//! *Rule.* When no lane is free and the head's key is smaller than the largest key that runs, that unit loses
-//! its lane and is ready again with what it has done. Atomic nodes and encoders keep their lanes: an encoder's
-//! result may already be waited for. As many sub-jobs as there are lanes may be suspended at a time.
+//! *Rule.* When no lane is free and the head's key is smaller than the largest key that runs, that unit loses its
+//! lane and is ready again with what it has done. Atomic nodes and encoders keep lanes: an encoder's result may be
+//! waited for. Where memory is short encoders take none: their result may have to go for the unit that lost it.
+//! As many sub-jobs as there are lanes may be suspended at a time.
 
 use super::action::{Action, Dispatch};
 use super::{Scheduler, bits, event::EventKind};
@@ -24,8 +25,8 @@ impl<C: Capacity> Scheduler<C> {
     /// Takes a lane of a full pool for its head, if a larger key runs there. The next `poll` starts the head.
     #[cold]
     pub(super) fn preempt(&mut self, pool: usize) -> Option<Action> {
-        let slot = self.pick(pool)?;
-        let head = self.rank_key(slot, self.head_of(slot, pool)?);
+        let (job, first) = self.first(pool)?;
+        let (head, is_encoder) = (self.rank_key(job, first), self.version(job).encoders.contains(first));
         let running = |lane: usize| {
             let l = &self.lanes[lane];
             let (slot, rank) = (usize::from(l.slot), usize::from(l.rank));
@@ -35,7 +36,7 @@ impl<C: Capacity> Scheduler<C> {
         };
         let (key, rank, slot, lane) = bits(self.pools[pool].lanes.into()).filter_map(running).max()?;
         let place = self.suspended.as_ref().iter().position(|s| s.slot == 0)?;
-        if key <= head {
+        if key <= head || is_encoder && self.pools[pool].limited {
             return None;
         }
         let executed = self.executed_on(lane);

@@ -8,13 +8,8 @@ use crate::graph::Role;
 #[derive(Clone, Copy)]
 pub(super) enum Eviction {
     WithoutReadyDecoder,
-    NotReadByHead,
+    NotReadBy(SubId),
     All,
-}
-
-impl Eviction {
-    /// One after the other, until the head fits.
-    pub(super) const STAGES: [Self; 3] = [Self::WithoutReadyDecoder, Self::NotReadByHead, Self::All];
 }
 
 impl Sim<'_> {
@@ -62,10 +57,10 @@ impl Sim<'_> {
     }
 
     /// Evicts outputs of `pool`; their encoders run again where a decoder still needs them.
-    pub(super) fn evict(&mut self, pool: usize, eviction: Eviction, head: SubId) {
+    pub(super) fn evict(&mut self, pool: usize, eviction: Eviction) {
         let here = self.cached.iter().filter(|output| output.pool == pool);
         let evicted: Vec<FrameKey> =
-            here.map(|output| output.key.clone()).filter(|key| self.may_go(key, eviction, head)).collect();
+            here.map(|output| output.key.clone()).filter(|key| self.may_go(key, eviction)).collect();
         self.cached.retain(|output| output.pool != pool || !evicted.contains(&output.key));
         for job in &mut self.jobs {
             for key in &evicted {
@@ -74,13 +69,13 @@ impl Sim<'_> {
         }
     }
 
-    fn may_go(&self, key: &FrameKey, eviction: Eviction, (task, index, node): SubId) -> bool {
+    fn may_go(&self, key: &FrameKey, eviction: Eviction) -> bool {
         match eviction {
             Eviction::WithoutReadyDecoder => !self
                 .jobs
                 .iter()
                 .any(|job| job.sharing(key, Role::Decoder).any(|decoder| job.is_ready(decoder, false))),
-            Eviction::NotReadByHead => !self
+            Eviction::NotReadBy((task, index, node)) => !self
                 .job(task, index)
                 .is_some_and(|job| job.sharing(key, Role::Decoder).any(|decoder| decoder == node)),
             Eviction::All => true,

@@ -20,7 +20,7 @@ impl Sim<'_> {
     pub(super) fn dispatch(&mut self, now: u64) {
         let grid = self.workload.sync.filter(|_| self.policy.waits_for_grid());
         if let Some(grid) = grid {
-            if self.barrier.is_none() && self.can_start() {
+            if self.barrier.is_none() && self.can_any_start() {
                 self.barrier = Some(now.div_ceil(grid.grid_ns) * grid.grid_ns + grid.cost_ns);
             }
             if self.barrier != Some(now) {
@@ -33,7 +33,7 @@ impl Sim<'_> {
         }
     }
 
-    fn can_start(&self) -> bool {
+    fn can_any_start(&self) -> bool {
         let startable = |pool: usize| self.free_lane(pool).is_some() && self.pick(pool).is_some();
         (0..self.workload.pools.len()).any(startable)
     }
@@ -108,21 +108,36 @@ impl Sim<'_> {
         Some(Pick { id: follower, overtakes: Some(head) })
     }
 
-    /// The head, after outputs of its pool went; nothing while something runs there. Encoders that run again
-    /// may be the new head, and once all outputs are gone any head fits.
+    /// The head, or the most pressing ready decoder, after outputs of the pool went; nothing while something runs
+    /// there. Encoders that run again may be the new head, and once all outputs are gone any head fits.
     fn make_room(&mut self, pool: usize) -> Option<SubId> {
         if self.running.iter().any(|unit| unit.pool == pool) {
             return None;
         }
-        for eviction in Eviction::STAGES {
-            let head = *self.queue(pool).first()?;
-            self.evict(pool, eviction, head);
-            let fits = self.fits(pool, self.memory_used(pool), self.memory_of(head));
-            if fits && self.queue(pool).contains(&head) {
-                return Some(head);
-            }
+        let head = *self.queue(pool).first()?;
+        self.evict(pool, Eviction::WithoutReadyDecoder);
+        if self.can_start(pool, head) {
+            return Some(head);
         }
+        let queue = self.queue(pool);
+        let head = *queue.first()?;
+        // What an encoder makes can be thrown away again; the end of a decoder is for good.
+        let decoder = queue.into_iter().find(|&id| self.role_of(id) == Some(Role::Decoder));
+        let chosen = decoder.filter(|_| self.role_of(head) == Some(Role::Encoder)).unwrap_or(head);
+        self.evict(pool, Eviction::NotReadBy(chosen));
+        if self.can_start(pool, chosen) {
+            return Some(chosen);
+        }
+        self.evict(pool, Eviction::All);
         self.queue(pool).first().copied()
+    }
+
+    fn can_start(&self, pool: usize, id: SubId) -> bool {
+        self.queue(pool).contains(&id) && self.fits(pool, self.memory_used(pool), self.memory_of(id))
+    }
+
+    fn role_of(&self, (task, index, node): SubId) -> Option<Role> {
+        self.job(task, index).map(|job| job.graph.nodes[node].role)
     }
 
     fn note_overtaking(&mut self, head: SubId) {
