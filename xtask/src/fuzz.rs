@@ -1,4 +1,6 @@
-//! Random inputs: libFuzzer's targets in `fuzz`, with AddressSanitizer.
+//! Random inputs: libFuzzer's targets in `fuzz`.
+//!
+//! Without AddressSanitizer: what is tried has no unsafe code of ours, and goes four times as far in the same time.
 //!
 //! What was found interesting stays in the target folder and is where the next run begins; an input that fails stays
 //! in `fuzz/artifacts`.
@@ -135,7 +137,8 @@ impl<'a> Fuzzer<'a> {
         }
         fs::create_dir_all(&kept).map_err(|reason| file(&kept, reason))?;
         let longest = format!("-max_len={}", target.longest);
-        let run = ["fuzz", "run", "--fuzz-dir", "fuzz", "--target", HOST, "--target-dir"];
+        let run = ["fuzz", "run", "--fuzz-dir", "fuzz", "--sanitizer", "none", "--target", HOST];
+        let run = [&run[..], &["--target-dir"]].concat();
         let run =
             self.nightly.cargo(&run).args(&[&folder]).args(features).args(&[target.name]).args(&[&kept]);
         let few = if features.is_empty() { target.seeds.len() } else { 1 };

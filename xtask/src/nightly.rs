@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 use std::process::ExitStatus;
+use std::time::{Duration, Instant};
 
 use crate::process::{Failure, Run};
 use crate::workspace::Workspace;
@@ -98,13 +99,20 @@ impl<'a> Nightly<'a> {
     }
 }
 
-/// Runs it in silence.
+/// Between two signs of life of a fuzzer.
+const PROGRESS: Duration = Duration::from_secs(30);
+
+/// Runs it in silence, but for a fuzzer's signs of life.
 ///
 /// # Errors
 /// It cannot be started.
 pub(crate) fn hear(run: Run) -> Result<Said, Failure> {
-    let mut text = String::new();
+    let (mut text, mut told) = (String::new(), Instant::now());
     let status = run.observe(|line| {
+        if line.starts_with('#') && told.elapsed() >= PROGRESS {
+            println!("{line}");
+            told = Instant::now();
+        }
         text.push_str(line);
         text.push('\n');
     })?;
