@@ -139,8 +139,10 @@ where
     keep_of_bodies();
     let Setup { scheduler, lanes, mode, releases, duration_ns, drain_ns, tape, handlers, enclose } = setup;
     let realtime = matches!(mode, Mode::RealTime { .. });
-    setup::malloc_for_real_time()?;
+    // Best effort promises nothing of page faults, and runs with another allocator too, as that of a sanitizer.
+    let settled = setup::malloc_for_real_time();
     if realtime {
+        settled?;
         setup::lock_memory()?;
     }
     // Held to the end of the run; a machine without the device idles as deep as it likes, which doctor tells.

@@ -107,7 +107,7 @@ fn node_errors() -> Vec<String> {
 fn edge_errors() -> Vec<String> {
     let mut dag = chain(&[1, 1, 1]);
     let [a, b, c] = [0, 1, 2].map(NodeId::new);
-    let names = vec![
+    let mut names = vec![
         refused(&mut dag, |dag| dag.add_edge(c, a)),
         refused(&mut dag, |dag| dag.add_edge(b, a)),
         refused(&mut dag, |dag| dag.add_edge(b, b)),
@@ -116,6 +116,14 @@ fn edge_errors() -> Vec<String> {
         refused(&mut dag, |dag| dag.add_edge(NodeId::new(200), a)),
     ];
     dag.add_edge(a, c).expect("an edge that closes no cycle");
+    let mut stages = Dag::<Small>::new();
+    let mut add = |node| stages.add_node(node).expect("room");
+    let [first, second] = [add(encoder(1)), add(encoder(1))];
+    let [decoder, fusion] = [add(Node::decoder(Wcet::from_millis(1))), add(node(1))];
+    for (from, to) in [(first, decoder), (first, second), (first, fusion), (second, fusion)] {
+        stages.add_edge(from, to).expect("one encoder for each decoder");
+    }
+    names.push(refused(&mut stages, |dag| dag.add_edge(second, decoder)));
     names
 }
 

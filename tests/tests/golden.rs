@@ -50,6 +50,11 @@ fn encoders_do_not_throw_each_others_results_away_for_ever() {
 }
 
 #[test]
+fn an_encoder_that_runs_again_waits_for_the_one_before_it() {
+    golden("memory_chain", PLAIN, 100);
+}
+
+#[test]
 fn a_floor_keeps_jobs_from_being_dropped() {
     golden("overload_floors", &[Run { policy: Policy::Red, preempt: false }], 60);
 }

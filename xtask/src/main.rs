@@ -41,7 +41,6 @@ usage: cargo xtask TASK
   faults            the fault table: each row's test is run, and the table printed
   traces [--count N]
                     the same random workloads on every target, compared byte for byte; 100 unless told
-  sanitizers        races under stress, and what unsafe code does to memory; not a step of `test` yet
   fuzz [TARGET] [--executions N]
                     random inputs for the readers and the calls; 1000000 each unless told
   mutants [--sample N] [--seed S]
@@ -107,7 +106,6 @@ fn main() -> ExitCode {
             }
         }
         ["soak", ref rest @ ..] => finish(steps::soak(&workspace, rest)),
-        ["sanitizers"] => finish(sanitizers::step(&workspace, Depth::Quick)),
         ["faults"] => finish(faults::run(&workspace)),
         ["loom", "--mutants", ref files @ ..] => status(loom_mutants::run(&workspace, files)),
         ["loom", "--deep", ref names @ ..] => status(loom::run(&workspace, true, names)),

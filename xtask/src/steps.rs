@@ -13,6 +13,7 @@ use crate::miri;
 use crate::preempt_rt;
 use crate::process::Failure;
 use crate::report::Tally;
+use crate::sanitizers;
 use crate::symbols;
 use crate::tools;
 use crate::traces;
@@ -53,6 +54,11 @@ const STEPS: &[Step] = &[
     Step { name: "deny", what: "licences, sources and duplicates of the dependencies", run: deny },
     Step { name: "fuzz", what: "random inputs for the readers and the calls", run: fuzz::step },
     Step { name: "miri", what: "unit tests of core and synchronizers in an interpreter", run: miri::step },
+    Step {
+        name: "sanitizers",
+        what: "races of lanes under stress, and what unsafe code does to memory",
+        run: sanitizers::step,
+    },
     Step {
         name: "loom",
         what: "models of the concurrency, every interleaving within bounds",

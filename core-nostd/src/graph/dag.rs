@@ -1,6 +1,6 @@
 //! A directed acyclic graph of at most `C::NODES` nodes.
 
-use super::{Node, NodeSet};
+use super::{Node, NodeSet, Role};
 use crate::capacity::{Capacity, Empty};
 use crate::id::{NodeId, TaskId};
 
@@ -49,6 +49,8 @@ crate::error::errors! {
         Cycle,
         /// The edge is there already.
         Duplicate,
+        /// A decoder reads the result of one encoder: let a node that fuses several be an ordinary one.
+        SecondEncoder,
         /// One of the two nodes is not in this graph.
         UnknownNode,
     }
@@ -86,6 +88,12 @@ impl<C: Capacity> Dag<C> {
         }
         if from == to || self.reaches(to, from) {
             return Err(EdgeError::Cycle);
+        }
+        let encodes = |i: usize| matches!(self.nodes[i].role, Role::SharedEncoder(_));
+        let mut before = self.present.iter().filter(|i| self.successors[*i].contains(to.index()));
+        let decodes = self.nodes[to.index()].role == Role::Decoder;
+        if decodes && encodes(from.index()) && before.any(encodes) {
+            return Err(EdgeError::SecondEncoder);
         }
         self.successors[from.index()].insert(to.index());
         self.indegree[to.index()] += 1;
@@ -163,7 +171,6 @@ impl<C: Capacity> Dag<C> {
         &self.successors[place]
     }
 
-    /// Number of predecessors of each node.
     pub(crate) const fn indegree(&self) -> &C::Nodes<u8> {
         &self.indegree
     }

@@ -78,7 +78,6 @@ impl<C: Capacity> Scheduler<C> {
         self.tasks[job.task.index()].version_of(job)
     }
 
-    /// The node behind a rank of a job.
     pub(super) fn node(&self, slot: usize, rank: usize) -> &Node {
         let node = self.version(slot).order[rank];
         &self.tasks[self.jobs[slot].task.index()].nodes[usize::from(node)]

@@ -119,7 +119,9 @@ impl<C: Capacity> Scheduler<C> {
                 // The encoder's second end counts every successor down again, done ones too.
                 version.successors[e].each(|s| job.waiting_for[s] += 1);
                 job.ready = job.ready.without(&version.successors[e]);
-                job.ready.insert(e);
+                job.parked = job.parked.without(&version.successors[e]);
+                // An encoder before it may have gone too.
+                job.ready.insert_if(e, job.waiting_for[e] == 0);
                 job.reruns = true;
                 self.requeue(slot);
             }

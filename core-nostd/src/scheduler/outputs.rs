@@ -127,7 +127,6 @@ impl<C: Capacity> Scheduler<C> {
         }
     }
 
-    /// Whether decoders of a job's encoder are not done.
     fn has_readers(&self, slot: usize, encoder: usize) -> bool {
         !self.version(slot).decoders_of(encoder).without(&self.jobs[slot].done).is_empty()
     }
@@ -164,7 +163,6 @@ impl<C: Capacity> Scheduler<C> {
         self.active |= 1 << pool;
     }
 
-    /// Whether a unit that runs reads the result.
     fn is_read(&self, place: usize) -> bool {
         let reads = |l: &Lane| l.is_busy() && !l.is_encoder && usize::from(l.output) == place + 1;
         self.lanes.as_ref().iter().any(reads)

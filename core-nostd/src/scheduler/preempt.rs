@@ -58,13 +58,11 @@ impl<C: Capacity> Scheduler<C> {
         self.now.since(l.started).saturating_add(l.carried)
     }
 
-    /// How long a suspended rank has run.
     pub(super) fn suspended_after(&self, slot: usize, rank: usize) -> Option<Duration> {
         let place = if self.config.preempt { self.suspended_place(slot, rank)? } else { return None };
         Some(self.suspended[place].executed)
     }
 
-    /// Takes a rank out of the table when it starts again.
     pub(super) fn resume(&mut self, slot: usize, rank: usize) -> Duration {
         let place = self.suspended_place(slot, rank).map(|place| &mut self.suspended[place]);
         place.map_or(Duration::ZERO, |s| core::mem::replace(s, Suspended::EMPTY).executed)

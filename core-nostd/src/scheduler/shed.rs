@@ -54,7 +54,6 @@ impl<C: Capacity> Scheduler<C> {
         }
     }
 
-    /// Sub-jobs that are ready in a pool.
     pub(super) fn queued_in(&self, pool: usize) -> usize {
         self.slots().map(|s| self.jobs[s].ready.and(&self.version(s).in_pool[pool]).len()).sum()
     }

@@ -147,7 +147,6 @@ impl<C: Capacity> Scheduler<C> {
 }
 
 impl<C: Capacity> Task<C> {
-    /// The version that a job of this task has.
     pub(super) fn version_of(&self, job: &Job<C>) -> &Version<C> {
         let [first, second] = &self.versions;
         if job.version { second } else { first }

@@ -130,7 +130,6 @@ impl<C: Capacity> Version<C> {
         self.encoders.iter().find(|e| self.successors[*e].contains(rank))
     }
 
-    /// The decoders of an encoder.
     pub(super) fn decoders_of(&self, encoder: usize) -> NodeSet<C> {
         self.successors[encoder].and(&self.decoders)
     }
