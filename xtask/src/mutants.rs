@@ -1,10 +1,12 @@
-//! Changes of the core that its tests should notice: every k-th of what cargo-mutants can think of, from a seed on, so
-//! that each file has its part.
+//! Changes of the core that its tests should notice: a sample of what cargo-mutants can think of, in parts of which each
+//! goes through all files. What a part gave is kept, so that a run that was stopped goes on.
 
+use std::collections::hash_map::DefaultHasher;
 use std::fs;
+use std::hash::{Hash, Hasher};
 use std::path::Path;
 
-use crate::process::Failure;
+use crate::process::{Failure, Run};
 use crate::report::Tally;
 use crate::tools;
 use crate::workspace::Workspace;
@@ -14,9 +16,14 @@ const CARGO_MUTANTS: &str = "27.1.0";
 /// The least share of mutants that has to be caught, in percent: its lower bound at 95 % confidence.
 const NEEDED: f64 = 85.0;
 
-/// What is run on each: the tests that catch most in least time.
-const TESTS: &[&str] =
-    &["--lib", "--test", "golden", "--test", "properties", "--test", "hopeless", "--test", "differential"];
+/// Mutants of one part.
+const PART: usize = 40;
+
+/// What is run on each: what catches most in least time, and few cases of it.
+const QUICK: &[&str] = &["--test", "golden", "--test", "properties", "--test", "differential"];
+
+/// What is run on those that are left.
+const ALL: &[&str] = &["--lib", "--tests"];
 
 /// What is asked of `cargo xtask mutants`.
 pub(crate) struct Wish {
@@ -42,45 +49,109 @@ impl Wish {
     }
 }
 
+/// What became of some mutants.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+struct Found {
+    noticed: usize,
+    unviable: usize,
+    /// What was changed, of those that no test noticed.
+    missed: Vec<String>,
+}
+
 /// # Errors
-/// Too few are caught.
+/// Too few are noticed.
 pub(crate) fn run(workspace: &Workspace, wish: &Wish) -> Result<Tally, Failure> {
     tools::built(workspace, "cargo-mutants", CARGO_MUTANTS, &["mutants", "--version"])?;
-    let program = workspace.target.join("tools/bin/cargo-mutants");
-    let mutants = |arguments: &[&str]| {
-        workspace.command(&program).args(&["mutants", "--package", "red-core"]).args(arguments)
-    };
-    let count = mutants(&["--list"]).output()?.lines().count();
-    let every = (count / wish.sample.max(1)).max(1);
-    let shard = format!("{}/{every}", wish.seed % every as u64);
-    println!("every {every}. of {count} mutants: shard {shard}");
-    let results = workspace.target.join("mutants");
-    let folder = results.join("mutants.out");
-    if folder.exists() {
-        fs::remove_dir_all(&folder).map_err(|reason| file(&folder, reason))?;
+    let list = command(workspace, &["--list"]).output()?;
+    let mut names = DefaultHasher::new();
+    list.hash(&mut names);
+    // Lines move with every change of the core, and then nothing that is kept is about it.
+    let folder = workspace.target.join("mutants").join(format!("{:016x}", names.finish()));
+    let (of, parts) = (list.lines().count().div_ceil(PART), wish.sample.div_ceil(PART));
+    let mut all = Found::default();
+    for part in 0..parts.min(of) {
+        let shard = (wish.seed as usize + part * of / parts.min(of)) % of;
+        let found = judge(workspace, &folder.join(format!("{shard}-of-{of}")), &format!("{shard}/{of}"))?;
+        let Found { noticed, unviable, missed } = &found;
+        println!(
+            "part {} of {parts}: {noticed} noticed, {} not, {unviable} do not compile",
+            part + 1,
+            missed.len()
+        );
+        all.noticed += noticed;
+        all.unviable += unviable;
+        all.missed.extend(found.missed);
     }
-    fs::create_dir_all(&results).map_err(|reason| file(&results, reason))?;
-    let packages = ["--test-package", "red-core,red-tests", "--baseline", "skip", "--timeout", "120"];
-    let part = ["--jobs", "1", "--shard", &shard, "--sharding", "round-robin", "--output"];
-    // Fewer workloads: what eight of them do not show, eighty seldom do.
-    let command =
-        mutants(&packages).args(&part).args(&[&results]).args(&["--"]).args(TESTS).env("SEEDS", "8");
-    let ended = command.env("CARGO_TARGET_DIR", results.join("target")).stream();
-    // A mutant that is missed is a status too.
-    if !folder.join("outcomes.json").exists() {
-        return ended;
-    }
-    let count = |what: &str| read(&folder.join(format!("{what}.txt"))).lines().count();
-    let (caught, missed) = (count("caught"), count("missed"));
-    let (unviable, timeouts) = (count("unviable"), count("timeout"));
-    let bound = 100.0 * lower_bound(caught + timeouts, caught + timeouts + missed);
-    println!("{}", read(&folder.join("missed.txt")));
-    println!("{caught} caught, {timeouts} never ended, {missed} missed, {unviable} do not compile");
+    let missed = all.missed.len();
+    let bound = 100.0 * lower_bound(all.noticed, all.noticed + missed);
+    println!("\n{}", all.missed.join("\n"));
+    println!("{} noticed, {missed} not, {} do not compile", all.noticed, all.unviable);
     println!("at least {bound:.1} % are noticed, at 95 % confidence; needed are {NEEDED} %");
     if bound >= NEEDED {
         Ok(Tally::default())
     } else {
         Err(Failure::Wrong("too few mutants are noticed".to_owned()))
+    }
+}
+
+fn command(workspace: &Workspace, arguments: &[&str]) -> Run {
+    let program = workspace.target.join("tools/bin/cargo-mutants");
+    workspace.command(&program).args(&["mutants", "--package", "red-core"]).args(arguments)
+}
+
+/// One part, or what is kept of it.
+fn judge(workspace: &Workspace, folder: &Path, shard: &str) -> Result<Found, Failure> {
+    let kept = folder.join("found.txt");
+    if let Some(found) = Found::read(&read(&kept)) {
+        return Ok(found);
+    }
+    if folder.exists() {
+        fs::remove_dir_all(folder).map_err(|reason| file(folder, reason))?;
+    }
+    fs::create_dir_all(folder).map_err(|reason| file(folder, reason))?;
+    let count = |what: &str| read(&folder.join(format!("mutants.out/{what}.txt"))).lines().count();
+    let mutants = |more: &[&str], tests: &[&str]| {
+        let packages = ["--test-package", "red-core,red-tests", "--baseline", "skip", "--timeout", "120"];
+        let part = ["--jobs", "1", "--shard", shard, "--sharding", "round-robin", "--output"];
+        let run =
+            command(workspace, &packages).args(&part).args(&[folder]).args(more).args(&["--"]).args(tests);
+        run.env("CARGO_TARGET_DIR", workspace.target.join("mutants/target"))
+    };
+    // Without optimization most of the time goes into what changes: the build.
+    let quick = mutants(&[], QUICK).env("SEEDS", "4").env("PROPTEST_CASES", "30");
+    let quick = quick.env("CARGO_PROFILE_TEST_OPT_LEVEL", "0").env("CARGO_PROFILE_TEST_DEBUG", "0");
+    ended(quick, folder)?;
+    let (all, unviable) = (count("caught") + count("missed") + count("timeout"), count("unviable"));
+    if count("missed") + count("timeout") > 0 {
+        ended(mutants(&["--iterate"], ALL), folder)?;
+    }
+    // One that never ends is noticed too.
+    let missed: Vec<String> =
+        read(&folder.join("mutants.out/missed.txt")).lines().map(str::to_owned).collect();
+    let found = Found { noticed: all - missed.len(), unviable, missed };
+    fs::write(&kept, found.text()).map_err(|reason| file(&kept, reason))?;
+    Ok(found)
+}
+
+/// Runs it; that mutants are missed is a status too.
+fn ended(run: Run, folder: &Path) -> Result<(), Failure> {
+    match run.stream() {
+        Err(failure) if !folder.join("mutants.out/outcomes.json").exists() => Err(failure),
+        _ => Ok(()),
+    }
+}
+
+impl Found {
+    fn text(&self) -> String {
+        let missed: String = self.missed.iter().map(|line| format!("{line}\n")).collect();
+        format!("{} {}\n{missed}", self.noticed, self.unviable)
+    }
+
+    fn read(text: &str) -> Option<Self> {
+        let (numbers, missed) = text.split_once('\n')?;
+        let (noticed, unviable) = numbers.split_once(' ')?;
+        let missed = missed.lines().map(str::to_owned).collect();
+        Some(Self { noticed: noticed.parse().ok()?, unviable: unviable.parse().ok()?, missed })
     }
 }
 

@@ -9,7 +9,9 @@ mod runs;
 
 use proptest::test_runner::Config;
 
-/// So many cases; a failure prints its input and leaves no file.
+/// So many cases, or `PROPTEST_CASES` of them; a failure prints its input and leaves no file.
 fn cases(count: u32) -> Config {
-    Config { failure_persistence: None, ..Config::with_cases(count) }
+    let cases =
+        std::env::var("PROPTEST_CASES").map_or(count, |asked| asked.parse().expect("a number of cases"));
+    Config { failure_persistence: None, ..Config::with_cases(cases) }
 }

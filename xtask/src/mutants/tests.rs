@@ -16,3 +16,11 @@ fn words_are_pairs_of_a_name_and_a_number() {
         wish(&["--seed"]).is_err() && wish(&["--sample", "x"]).is_err() && wish(&["--all", "1"]).is_err()
     );
 }
+
+#[test]
+fn what_is_kept_is_read_again() {
+    let found =
+        Found { noticed: 38, unviable: 1, missed: vec!["a.rs:1: + for -".into(), "b.rs:2: 0".into()] };
+    assert_eq!(Found::read(&found.text()), Some(found));
+    assert_eq!(Found::read(""), None);
+}
