@@ -1,8 +1,8 @@
 //! *Claim.* While a lane waits, somebody takes a posted request, whatever the lane that was rung for it does instead,
-//! and somebody keeps the time, also when the next instant comes nearer.
+//! and somebody keeps the time, also when the next instant comes nearer, and where a waiting lane's thread dies.
 //!
 //! *Threads.* One lane and who posts or moves the clock; then two lanes, one of which is handed a body that does not
-//! end before the other lane did what is to do.
+//! end before the other lane did what is to do, or dies and is found by who looks after it.
 //! *Bound.* None for two; few preemptions for three, but three where a busy lane brings an instant nearer.
 //! *Sources.* `rt-linux/src/waiting.rs`, `rt-linux/src/seat.rs`, `rt-linux/src/bell.rs`
 #![cfg(loom)]
@@ -17,6 +17,7 @@ use red_loom_tests::kernel;
 use red_loom_tests::model::{explore, explore_within};
 use red_loom_tests::sleeper::Sleeper;
 use red_loom_tests::waiting::{Next, Waiting};
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::Arc;
 
 /// When the clock brings something; it was planned for later before.
@@ -33,11 +34,18 @@ struct Scene {
     hands: bool,
     /// It is a third lane that does, and that brings the instant nearer; afterwards it is busy.
     is_begun_by_a_third: bool,
+    /// The first lane's thread dies when it is to take a turn.
+    dies: bool,
+    /// Who finds it dead does nothing.
+    without_burial: bool,
     /// Nobody knocks.
     without_knock: bool,
     /// Nobody rings the keeper.
     without_ring: bool,
 }
+
+/// The end of a thread that does not leave.
+struct Dead;
 
 struct Host {
     scene: Scene,
@@ -115,7 +123,12 @@ impl Host {
                     assert_eq!(self.done.wait(None, 0), Woken::Rung);
                     self.turn(me)
                 }
-                Next::Idle => self.waiting.wait(me, &mut sleeper, || self.turn(me)),
+                Next::Idle => self.waiting.wait(me, &mut sleeper, || {
+                    if self.scene.dies && me == 0 {
+                        resume_unwind(Box::new(Dead));
+                    }
+                    self.turn(me)
+                }),
                 Next::Leave => break,
             };
         }
@@ -128,7 +141,10 @@ fn play(scene: Scene) {
     let lanes: Vec<_> = (0..scene.lanes)
         .map(|me| {
             let host = host.clone();
-            thread::spawn(move || host.lane(me))
+            thread::spawn(move || match catch_unwind(AssertUnwindSafe(|| host.lane(me))) {
+                Err(panic) if !panic.is::<Dead>() => resume_unwind(panic),
+                ended => ended.is_err(),
+            })
         })
         .collect();
     if scene.is_request {
@@ -147,7 +163,13 @@ fn play(scene: Scene) {
         }
         kernel::advance(SOON + LATER / 2);
     }
-    lanes.into_iter().for_each(|lane| lane.join().unwrap());
+    for (me, lane) in lanes.into_iter().enumerate() {
+        let is_dead = lane.join().unwrap();
+        if is_dead && !scene.without_burial {
+            host.waiting.bury(me);
+            host.waiting.knock();
+        }
+    }
     assert!(host.locked.lock().unwrap().is_done);
 }
 
@@ -156,6 +178,8 @@ const REQUEST: Scene = Scene {
     is_request: true,
     hands: false,
     is_begun_by_a_third: false,
+    dies: false,
+    without_burial: false,
     without_knock: false,
     without_ring: false,
 };
@@ -197,6 +221,28 @@ fn an_instant_that_a_busy_lane_brought_nearer_is_kept_by_the_next_keeper() {
     explore_within(3, Some(3), || {
         play(Scene { lanes: 2, hands: true, is_begun_by_a_third: true, ..INSTANT });
     });
+}
+
+#[test]
+fn a_request_that_a_dead_lane_did_not_take_is_taken() {
+    explore(3, || play(Scene { lanes: 2, dies: true, ..REQUEST }));
+}
+
+#[test]
+fn the_time_that_a_dead_lane_kept_is_kept() {
+    explore(3, || play(Scene { lanes: 2, dies: true, ..INSTANT }));
+}
+
+#[test]
+#[should_panic(expected = "deadlock")]
+fn a_request_of_a_dead_lane_that_nobody_finds_is_caught() {
+    explore(3, || play(Scene { lanes: 2, dies: true, without_burial: true, ..REQUEST }));
+}
+
+#[test]
+#[should_panic(expected = "deadlock")]
+fn the_time_of_a_dead_lane_that_nobody_finds_is_caught() {
+    explore(3, || play(Scene { lanes: 2, dies: true, without_burial: true, ..INSTANT }));
 }
 
 #[test]
