@@ -104,6 +104,30 @@ fn a_node_that_takes_no_time_ends_in_an_instant_that_is_looked_at_again() {
     assert_eq!(sheds_in(&format!("{}{}{}{marker}", lanes(3), t1.named("T1"), t2.named("T2"))), ["T2 0"]);
 }
 
+#[test]
+fn a_job_that_is_behind_is_looked_at_again_where_its_best_case_grows_within_its_worst() {
+    // By its own encoder T2 takes 3 ms at best and 4.5 at worst, which is late. It has to wait for one of 3 ms, so that
+    // it takes 4 ms: known as soon as z ends.
+    let stage = |name: &str, deadline: &str, wcet: &str, contention: &str| {
+        format!(
+            r#"
+            [[task]]
+            name = "{name}"
+            deadline = "{deadline}"
+            once = true
+            [[task.node]]
+            name = "stage"
+            mimonet = {{ weights = "w", frame = "front", decoders = [{{ name = "decoder", wcet = "1ms" }}],
+                encoder = {{ wcet = "{wcet}", contention = "{contention}", atomic = true }} }}
+            "#
+        )
+    };
+    let marker =
+        "[[task]]\nname = 'Z'\ndeadline = '200ms'\nonce = true\nnode = [{ name = 'z', wcet = '200us' }]\n";
+    let (t1, t2) = (stage("T1", "4500us", "3ms", "10ms"), stage("T2", "3500us", "2ms", "1500us"));
+    assert_eq!(sheds_in(&format!("{}{t1}{t2}{marker}", lanes(2))), ["T2 200"]);
+}
+
 type Robot = Caps<3, 4, 4>;
 
 /// What happens to the marker's task and its unit, at instant 0.

@@ -83,21 +83,21 @@ impl<C: Capacity> Scheduler<C> {
         self.lanes[lane].best.saturating_sub(self.executed_on(lane).as_nanos())
     }
 
-    /// Whether an encoder of the job has to wait for a running one of its key that takes longer than itself would:
-    /// its best case is then beyond its worst case alone.
+    /// Whether an encoder of the job has to wait for a running one of its key that takes longer than what the job
+    /// was last looked at with: its best case is then beyond its worst case alone, or its best where it is behind.
     pub(super) fn waits_longer(&self, slot: usize) -> bool {
         let runs = |lane: &usize| self.lanes[*lane].is_busy() && self.lanes[*lane].is_encoder;
         let longest = self.lane_numbers().filter(runs).map(|lane| self.left_on(lane)).max();
-        // Costs first: looking for a key takes longer, and encoders of one key seldom differ.
+        // Costs first: looking for a key takes longer.
         self.open_encoders(slot).iter().any(|e| {
-            let cost = self.node(slot, e).cost();
+            let behind = self.jobs[slot].behind;
+            let cost = if behind { self.best_case(slot, e) } else { self.node(slot, e).cost() };
             let waits =
                 |(_, state)| matches!(state, OutputState::Running(l) if self.left_on(l.into()) > cost);
             Some(cost) < longest && self.output_of(slot, e).is_some_and(waits)
         })
     }
 
-    /// The node behind a rank, and what it took so far.
     fn history(&self, slot: usize, rank: usize) -> (&Node, &Estimator) {
         let task = &self.tasks[self.jobs[slot].task.index()];
         let node = usize::from(self.version(slot).order[rank]);
