@@ -8,8 +8,10 @@ use crate::setup::{Fifo, SetupError, best_effort, prefault_stack};
 use crate::shared::Shared;
 use crate::sleeper::Sleeper;
 use crate::timeline::Host;
+use nix::sys::prctl::set_name;
 use red_core::{Capacity, Scheduler};
 use red_sync::Exclusive;
+use std::ffi::CString;
 use std::io;
 use std::sync::mpsc::{self, RecvTimeoutError, TryRecvError};
 use std::sync::{Arc, Condvar, Mutex};
@@ -88,7 +90,7 @@ where
             lane.run(sleeper);
             let _told = finished.send(lane.figures);
         };
-        let builder = thread::Builder::new().name(format!("red-lane-{number}"));
+        let builder = thread::Builder::new().name(format!("red-start-{number}"));
         builder.spawn(move || enclose(Box::new(main)))?;
         Ok(Started { lane: number, thread, figures: is_finished })
     }
@@ -115,6 +117,10 @@ fn open<S>(gate: &(Mutex<Gate<Arc<S>>>, Condvar)) -> Option<Arc<S>> {
 
 /// Everything that needs rights, faults pages or allocates.
 fn set_up(fifo: Option<Fifo>, handlers: &Handlers, number: usize) -> Result<Box<dyn Handler>, SetupError> {
+    // Whatever thread the host runs a lane on: its name is what `top` and a trace of the kernel show.
+    if let Ok(name) = CString::new(format!("red-lane-{number}")) {
+        let _only_a_name = set_name(&name);
+    }
     fifo.map_or_else(best_effort, Fifo::apply)?;
     prefault_stack(STACK)?;
     let mut handler = handlers(number);

@@ -1,5 +1,6 @@
 //! Lanes as a host starts them, best effort: nothing that was handed out is lost or run twice.
 
+use std::fs;
 use std::sync::{Arc, Mutex, PoisonError, mpsc};
 use std::thread;
 use std::time::{self, Duration};
@@ -77,7 +78,10 @@ fn run_chain(
         drain_ns: FAR.as_nanos() as u64,
         tape: None,
         handlers: Arc::new(move |_| -> Box<dyn Handler> { Box::new(Noted { ran: notes.clone(), body }) }),
-        enclose: Arc::new(|main: Box<dyn FnOnce() + Send>| main()),
+        enclose: Arc::new(|main: Box<dyn FnOnce() + Send>| {
+            let library = thread::Builder::new().name("library".into()).spawn(main);
+            library.expect("a thread").join().expect("a lane does not panic");
+        }),
     };
     let (_, report) = run(setup, Silent, |control| started(control, task), |_| ()).expect("needs no rights");
     (report, ran)
@@ -99,9 +103,13 @@ fn finished(ran: &Ran) -> (Vec<u64>, usize) {
 }
 
 #[test]
-fn every_node_of_a_periodic_chain_runs_once_and_in_order() {
+fn every_node_of_a_periodic_chain_runs_once_and_in_order_on_a_thread_of_its_lanes_name() {
+    fn body(_work: &Work) {
+        let name = fs::read_to_string("/proc/thread-self/comm").expect("Linux has it");
+        assert!(name.starts_with("red-lane-"), "{name}");
+    }
     let (report, ran) =
-        run_chain(Some(Duration::from_millis(2)), Duration::from_millis(300), |_| (), |_, _| ());
+        run_chain(Some(Duration::from_millis(2)), Duration::from_millis(300), body, |_, _| ());
     let (ended, left) = finished(&ran);
     assert!(ended.len() > 10 && left == 0, "{left} jobs beside {ended:?}");
     assert_eq!((report.hung, report.failed), (0, 0));
