@@ -65,6 +65,8 @@ fn main() -> ExitCode {
         Ok(cli) => cli,
         Err(error) => return usage::report(error),
     };
+    // Where this is forbidden, a log or a trace that grows too large ends the process: nothing else depends on it.
+    let _as_before = red_rt::setup::file_size_limit_is_an_error();
     let result = match cli.command.unwrap_or(Command::Demo(cli.demo)) {
         Command::Demo(args) => demo::main(&args),
         Command::Plan(args) => plan::main(&args),

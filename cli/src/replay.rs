@@ -15,7 +15,7 @@ use red_sim::{Execution, Options, Report, simulate_past};
 use red_workload::build::{self, Plan};
 use red_workload::model::Workload;
 use red_workload::policy::Policy;
-use red_workload::{Format, Source, shown_path};
+use red_workload::{Format, Source, shown, shown_path};
 use serde::Serialize;
 use std::fmt::Write;
 use std::fs::{self, File};
@@ -196,9 +196,9 @@ fn text(header: &Header, report: &Compared) -> String {
     let lanes = if header.realtime { "in real time" } else { "best effort" };
     let recorded = format!(
         "recorded by {}: {} under policy {}, {} {lanes}",
-        header.program,
-        header.file.escape_debug(),
-        header.policy,
+        shown(&header.program),
+        shown(&header.file),
+        shown(&header.policy),
         time(Some(header.duration_ns))
     );
     let Some(difference) = &report.difference else {

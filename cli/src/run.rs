@@ -78,10 +78,7 @@ pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
     if let (Some(trace), Some(record)) = (&args.trace, &args.record)
         && (trace == record || is_same_file(trace, record))
     {
-        return Err(Failure::Input(format!(
-            "--trace and --record both name `{}`; give each a file of its own",
-            shown_path(trace)
-        )));
+        return Err(two_outputs(trace, record));
     }
     if let Some(path) = &args.trace {
         // A place that takes no trace is refused before time is spent.
@@ -90,6 +87,10 @@ pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
             .create(true)
             .open(path)
             .map_err(|e| Failure::Input(no_trace(path, &e)))?;
+        // Two names of one file that was not there before.
+        if let Some(record) = args.record.as_ref().filter(|record| is_same_file(path, record)) {
+            return Err(two_outputs(path, record));
+        }
     }
     let session = watch(&source, &options)?;
     if args.json {
@@ -110,6 +111,13 @@ pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
     happened::went_on(&session.summary)?;
     let missed: u64 = session.summary.report.tasks.iter().map(|t| t.missed).sum();
     Ok(Answer::of(!args.strict || missed == 0))
+}
+
+fn two_outputs(trace: &Path, record: &Path) -> Failure {
+    let (trace, record) = (shown_path(trace), shown_path(record));
+    Failure::Input(format!(
+        "--trace `{trace}` and --record `{record}` are one file; give each a file of its own"
+    ))
 }
 
 /// Whether two paths lead to one file, by whatever links.

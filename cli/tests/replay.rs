@@ -130,7 +130,7 @@ fn a_place_that_takes_no_log_is_refused_before_the_run() {
     let workload = workload.to_str().expect("the path is text");
     let record = |path: &str| run(&["run", workload, "--best-effort", "--record", path]);
     refused(record("/nowhere/at.all"), 2, &["cannot write the log"]);
-    refused(record("/dev/full"), 2, &["cannot write the log"]);
+    refused(record("/dev/full"), 2, &["cannot write the log", "a device"]);
     refused(record(workload), 2, &["--record", "is the workload file itself"]);
     assert_eq!(fs::read_to_string(workload).unwrap(), FILE);
 }

@@ -148,7 +148,7 @@ fn a_spare_that_does_not_discard_is_caught() {
 }
 
 #[test]
-#[should_panic]
+#[should_panic(expected = "torn")]
 fn a_host_that_hands_before_the_report_is_caught() {
     explore(2, || takes_each(false));
 }

@@ -158,7 +158,7 @@ fn another_lane_may_fail_the_late_body() {
 }
 
 #[test]
-#[should_panic]
+#[should_panic(expected = "the thread that was replaced took what was handed to its spare")]
 fn a_late_thread_that_goes_on_is_caught() {
     explore(2, || is_replaced_once(2, false));
 }

@@ -129,7 +129,7 @@ impl<R: Read> Reader<R> {
     /// [`LogError`]: truncated or damaged.
     pub fn next_entry(&mut self) -> Result<Option<Entry>, LogError> {
         if self.block.entries == 0 {
-            if self.block.next != self.block.bytes.len() {
+            if self.block.next != self.block.bytes.len() || !self.books.is_at_rest() {
                 return Err(self.damaged());
             }
             if self.read == self.totals.entries {

@@ -133,7 +133,10 @@ impl Tape {
 
     /// The chunk is full: another one, if there is one, and else that is the end.
     fn hand_over(&mut self) {
-        if let (0, Some(empty)) = (self.dropped, self.exchange.empty.pop()) {
+        // Once an entry was dropped none is taken any more: it would be freed here.
+        if self.dropped == 0
+            && let Some(empty) = self.exchange.empty.pop()
+        {
             let chunk = core::mem::replace(&mut self.chunk, empty);
             self.exchange.send(Letter::Chunk(chunk));
         }

@@ -235,6 +235,11 @@ impl Books {
         }
     }
 
+    /// Whether no entry of the last turn that was read is left.
+    pub(crate) const fn is_at_rest(&self) -> bool {
+        self.rest[0].is_none()
+    }
+
     /// Reads the entry that begins with the next word. `None`: no entry is like that.
     pub(crate) fn decode<E>(&mut self, mut next: impl FnMut() -> Result<u64, E>) -> Result<Option<Entry>, E> {
         if let Some(entry) = self.rest[0].take() {

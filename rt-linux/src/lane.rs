@@ -68,7 +68,6 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
         shared.slots[self.number].arm(shared.waiting.origin_ns.saturating_add(start).saturating_add(bound));
         arm(false);
         let result = caught(|| self.handler.run(work));
-        arm(true);
         let end = shared.waiting.now();
         let took = end.saturating_sub(start);
         self.figures.nodes_missed += u64::from(end > work.sub_deadline_ns);
@@ -79,6 +78,8 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
         if let Err(message) = result {
             self.figures.panicked(BodyPanic { task: work.task, node: work.node, job: work.job, message });
         }
+        // The message was the body's.
+        arm(true);
         // A thread whose bound has passed leaves, even if it could go on: its lane is retired, and gets a spare on the
         // same seat. It was demoted and must not take the lock: the spare would spin for it on the CPU that it needs.
         // Asked before, because the slot of a thread that was replaced is the spare's.

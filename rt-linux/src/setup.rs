@@ -12,6 +12,7 @@ use nix::errno::Errno;
 use nix::sys::mman::{MlockAllFlags, mlockall};
 use nix::sys::prctl::set_timerslack;
 use nix::sys::resource::{Resource, getrlimit, setrlimit};
+use nix::sys::signal::Signal;
 use nix::unistd::Pid;
 
 use crate::placement::{pin_thread, usable_cpus};
@@ -253,6 +254,21 @@ pub fn malloc_for_real_time() -> Result<(), SetupError> {
         }
     }
     Ok(())
+}
+
+/// Makes a write beyond the limit of file sizes (`ulimit -f`) an error, as on a full disk, instead of the end of the
+/// process in the middle of a run. For the whole process; to be called at its start.
+///
+/// # Errors
+///
+/// [`SetupError::System`] if the kernel refuses it.
+pub fn file_size_limit_is_an_error() -> Result<(), SetupError> {
+    let fix = "allow sigaction in the seccomp filter of the container";
+    sys::ignore(Signal::SIGXFSZ).map_err(|errno| SetupError::System {
+        call: "sigaction(SIGXFSZ)",
+        errno,
+        fix,
+    })
 }
 
 /// While it lives, no CPU enters an idle state that takes time to leave.

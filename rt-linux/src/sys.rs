@@ -112,6 +112,13 @@ pub(crate) fn catch(signal: Signal) -> Result<SigAction, Errno> {
     unsafe { nix::sys::signal::sigaction(signal, &action) }
 }
 
+/// Nothing happens where the signal comes; what caused it fails by itself.
+pub(crate) fn ignore(signal: Signal) -> Result<(), Errno> {
+    let action = SigAction::new(SigHandler::SigIgn, SaFlags::empty(), SigSet::empty());
+    // SAFETY: no handler runs.
+    unsafe { nix::sys::signal::sigaction(signal, &action) }.map(drop)
+}
+
 /// Puts back what [`catch`] returned.
 pub(crate) fn restore(signal: Signal, previous: &SigAction) {
     // SAFETY: `previous` was in force before, so its handler is as good as it was then. The call fails only

@@ -80,12 +80,13 @@ where
                 // The starter waits for every lane.
                 let _told = ready.send(verdict);
             }
+            // Large, so before time starts.
+            let figures = LaneFigures::new();
             let (Some(handler), Some(shared)) = (handler, open(&gate)) else { return };
             shared.slots[number].adopt();
             // A spare's still shows the body that hung.
             let _bound = shared.slots[number].disarm();
             let sleeper = if fifo.is_some() { Sleeper::spinning() } else { Sleeper::yielding() };
-            let figures = LaneFigures::new();
             let mut lane = Lane { shared: &shared, number, thread, figures, handler };
             lane.run(sleeper);
             let _told = finished.send(lane.figures);

@@ -42,6 +42,9 @@ const TARGETS: &[Target] = &[
     Target { name: "replay_log", longest: 1_024, seeds: &[], options: &[], planted: "a planted bug" },
 ];
 
+/// A run with fewer executions has shown nothing.
+const FEWEST: u64 = 100;
+
 /// Executions of each target if nobody says how many.
 const EXECUTIONS: u64 = 1_000_000;
 
@@ -120,12 +123,16 @@ impl<'a> Fuzzer<'a> {
         let text = self.start(target, &[], &[bound])?.well(target.name)?;
         let number =
             |name: &str| text.lines().find_map(|line| line.strip_prefix(name)).map_or("?", str::trim);
+        let executions = number("stat::number_of_executed_units:");
+        if executions.parse::<u64>().map_or(true, |executions| executions < FEWEST) {
+            return Err(Failure::Wrong(format!("{}: {executions} executions are too few", target.name)));
+        }
         let last = text.lines().rfind(|line| line.starts_with('#') && line.contains(" cov: ")).unwrap_or("");
         let after = |word: &str| last.split_whitespace().skip_while(|w| *w != word).nth(1).unwrap_or("?");
         println!(
             "{}: {} executions, {} a second, {} edges, {} features, {} inputs kept",
             target.name,
-            number("stat::number_of_executed_units:"),
+            executions,
             number("stat::average_exec_per_sec:"),
             after("cov:"),
             after("ft:"),

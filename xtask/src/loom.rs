@@ -67,15 +67,14 @@ impl Row {
             .and_then(|line| line.split_once(": "))
             .map(|(_, words)| words.split(", ").map(str::to_owned).collect())
             .unwrap_or_default();
-        let is_explored = words.last().is_some_and(|word| word == EXPLORED);
-        let verdict = match (succeeded, is_explored) {
-            (true, true) => Verdict::Explored,
+        let ran = output.contains("test result: ok. 1 passed");
+        let verdict = match words.last() {
+            // Also where the test expected a panic: this one is not that of the planted fault.
+            Some(word) if word.starts_with("NOT EXPLORED") => Verdict::NotExplored,
+            Some(word) if succeeded && ran && word == EXPLORED => Verdict::Explored,
             // No line: the planted fault ended the model, and the test expected that.
-            (true, false) => Verdict::Caught,
-            (false, _) if words.last().is_some_and(|word| word.starts_with("NOT EXPLORED")) => {
-                Verdict::NotExplored
-            }
-            (false, _) => Verdict::Failed,
+            None if succeeded && ran && model.is_planted() => Verdict::Caught,
+            _ => Verdict::Failed,
         };
         Self { name: format!("{}: {}", model.family, model.name), verdict, words, output }
     }

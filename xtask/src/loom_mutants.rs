@@ -52,6 +52,9 @@ pub(crate) fn run(workspace: &Workspace, files: &[&str]) -> Result<ExitCode, Fai
         }
     }
     mutants.retain(|mutant| files.is_empty() || files.iter().any(|file| mutant.file.contains(file)));
+    if mutants.is_empty() {
+        return Err(Failure::Wrong(format!("no modelled file of that name: {}", files.join(" "))));
+    }
     let copy = copy(workspace)?;
     let models = Models { workspace, root: &copy, deep: false };
     let (mut caught, mut beyond) = (0, 0);

@@ -22,7 +22,7 @@ use red_workload::{Source, shown, shown_path};
 use std::collections::HashMap;
 use std::fmt;
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex, PoisonError, RwLock};
+use std::sync::{Arc, Mutex, PoisonError, RwLock, TryLockError, TryLockResult};
 
 /// Size of the generated road frames.
 const FRAME: (usize, usize) = (160, 96);
@@ -308,6 +308,17 @@ impl Run {
     }
 }
 
+/// A result, also one with which a body panicked: who writes it next writes all of it. A body beyond its bound may have
+/// it still; then this one fails, because it must neither wait nor go on without.
+fn held<G>(asked: Option<TryLockResult<G>>) -> Result<Option<G>, Option<BodyError>> {
+    match asked {
+        None => Ok(None),
+        Some(Ok(result)) => Ok(Some(result)),
+        Some(Err(TryLockError::Poisoned(result))) => Ok(Some(result.into_inner())),
+        Some(Err(TryLockError::WouldBlock)) => Err(None),
+    }
+}
+
 impl LaneBodies {
     fn execute(&mut self, work: &Work) -> Ran {
         let bodies = self.bodies.clone();
@@ -330,11 +341,11 @@ impl LaneBodies {
         match node {
             Node::Plain(_) => first.step(Some(&self.image), None, &call),
             Node::Encoder(_) => {
-                let mut result = result.and_then(|r| r.try_write().ok());
+                let mut result = held(result.map(RwLock::try_write))?;
                 first.step(Some(&self.image), result.as_mut().map(|r| r.as_mut_slice()), &call)
             }
             Node::Decoder(_) => {
-                let result = result.and_then(|r| r.try_read().ok());
+                let result = held(result.map(RwLock::try_read))?;
                 first.step(result.as_ref().map(|r| r.as_slice()), None, &call)
             }
             Node::Coarse(..) => {
@@ -358,3 +369,6 @@ impl LaneBodies {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -28,6 +28,11 @@ impl Recording {
         mode: &Mode,
     ) -> Result<Option<(Self, Tape)>, SessionError> {
         let Some(path) = options.record else { return Ok(None) };
+        // A FIFO would wait for its reader, and a device cannot be closed as a log is.
+        if std::fs::metadata(path).is_ok_and(|there| !there.is_file()) {
+            let why = std::io::Error::other("it is a directory, a FIFO, a device or a socket");
+            return Err(SessionError::Record(no_log(path, &why)));
+        }
         let header = Header {
             program: concat!("redrt ", env!("CARGO_PKG_VERSION")).to_owned(),
             capacities: Header::capacities_of::<Robot>(),
