@@ -11,6 +11,7 @@ use process::{file, run};
 use refused::refused;
 use serde_json::Value;
 use std::fs;
+use std::process::Command;
 
 /// A stage with an encoder, and a node that comes and goes.
 const FILE: &str = r#"
@@ -132,7 +133,32 @@ fn a_place_that_takes_no_log_is_refused_before_the_run() {
     refused(record("/nowhere/at.all"), 2, &["cannot write the log"]);
     refused(record("/dev/full"), 2, &["cannot write the log", "a device"]);
     refused(record(workload), 2, &["--record", "is the workload file itself"]);
+    // A FIFO would wait for its reader, and two names of a new file would be two outputs in one.
+    let fifo = file("replay-place.fifo", b"");
+    fs::remove_file(&fifo).expect("it was made just now");
+    assert!(Command::new("mkfifo").arg(&fifo).status().expect("coreutils").success());
+    refused(record(fifo.to_str().expect("the path is text")), 2, &["cannot write the log", "a FIFO"]);
+    let folder = fifo.parent().expect("a folder").to_str().expect("the path is text");
+    let (one, other) = (format!("{folder}/replay-new.out"), format!("{folder}/./replay-new.out"));
+    let _not_there = fs::remove_file(&one);
+    let both = ["run", workload, "--best-effort", "--trace", &one, "--record", &other];
+    refused(run(&both), 2, &["are one file"]);
     assert_eq!(fs::read_to_string(workload).unwrap(), FILE);
+}
+
+#[test]
+fn a_log_beyond_the_limit_of_file_sizes_is_told_and_ends_no_run() {
+    let whole = fs::metadata(recorded("limit")).expect("it is there").len();
+    let workload = file("replay-limit.toml", FILE.as_bytes());
+    let log = file("replay-limit.redlog", b"");
+    let _alone = alone();
+    let mut limited = Command::new("prlimit");
+    limited.arg(format!("--fsize={}", whole / 2)).arg(env!("CARGO_BIN_EXE_redrt")).arg("run").arg(&workload);
+    limited.args(["--duration", "600ms", "--best-effort", "--record"]).arg(&log);
+    let output = limited.output().expect("util-linux has it");
+    let told = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{told}");
+    assert!(told.contains("cannot be replayed"), "{told}");
 }
 
 #[test]
