@@ -11,6 +11,7 @@ use process::{file, run};
 use refused::refused;
 use serde_json::Value;
 use std::fs;
+use std::path::Path;
 use std::process::Command;
 
 /// A stage with an encoder, and a node that comes and goes.
@@ -134,8 +135,8 @@ fn a_place_that_takes_no_log_is_refused_before_the_run() {
     refused(record("/dev/full"), 2, &["cannot write the log", "a device"]);
     refused(record(workload), 2, &["--record", "is the workload file itself"]);
     // A FIFO would wait for its reader, and two names of a new file would be two outputs in one.
-    let fifo = file("replay-place.fifo", b"");
-    fs::remove_file(&fifo).expect("it was made just now");
+    let fifo = Path::new(workload).with_extension("fifo");
+    let _not_there = fs::remove_file(&fifo);
     assert!(Command::new("mkfifo").arg(&fifo).status().expect("coreutils").success());
     refused(record(fifo.to_str().expect("the path is text")), 2, &["cannot write the log", "a FIFO"]);
     let folder = fifo.parent().expect("a folder").to_str().expect("the path is text");
