@@ -15,6 +15,7 @@ mod output;
 mod plan;
 mod profile;
 mod progress;
+mod regular;
 mod replay;
 mod run;
 mod session;

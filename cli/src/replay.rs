@@ -6,6 +6,7 @@ mod what_if;
 use crate::outcome::{Answer, Failure};
 use crate::output;
 use crate::progress;
+use crate::regular;
 use crate::session::Robot;
 use crate::table::time;
 use recorded::Recorded;
@@ -140,10 +141,7 @@ fn refused(path: &Path, error: &LogError) -> Failure {
 
 fn open(path: &Path) -> Result<Opened, Failure> {
     let unreadable = |e| refused(path, &LogError::Read(e));
-    // Opening a FIFO would wait for its writer.
-    if !fs::metadata(path).map_err(unreadable)?.is_file() {
-        return Err(unreadable(io::Error::other("it is a directory, a FIFO, a device or a socket")));
-    }
+    let _or_missing = regular::exists(path).map_err(unreadable)?;
     let file = File::open(path).map_err(unreadable)?;
     let log = Reader::new(BufReader::new(file)).map_err(|e| refused(path, &e))?;
     let header = log.header();

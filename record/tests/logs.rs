@@ -176,6 +176,42 @@ fn a_flipped_bit_is_refused_wherever_it_is() {
 }
 
 #[test]
+fn entries_that_a_block_does_not_announce_are_not_passed_over() {
+    let file = Scratch::new("announced");
+    let (writer, mut tape) = Writer::start(&file.0, &header()).unwrap();
+    let (mut scheduler, tasks) = scheduler();
+    {
+        let scheduler = &mut Recorded::new(&mut scheduler, Some(&mut tape));
+        let (lane, at) = (LaneId::new(0), |ms: u64| Instant::from_nanos(ms * 1_000_000));
+        scheduler.release_at(tasks[0], at(0), None, at(0)).unwrap();
+        let Some(Action::Dispatch(camera)) = scheduler.poll_on(lane, at(0)) else { panic!("a lane is free") };
+        assert!(scheduler.poll_on(lane, at(0)).is_none());
+        // The usual turn, which is one word of three entries.
+        scheduler.complete(camera.unit, at(1)).unwrap();
+        assert!(matches!(scheduler.poll_on(lane, at(1)), Some(Action::Dispatch(_))));
+        assert!(scheduler.poll_on(lane, at(1)).is_none());
+    }
+    drop(tape);
+    let (totals, _) = writer.finish();
+    let log = fs::read(&file.0).unwrap();
+    let int = |at: usize| u32::from_le_bytes(log[at..at + 4].try_into().unwrap());
+    let at = 16 + int(8) as usize;
+    let announcing = |entries: u64| {
+        let mut log = log.clone();
+        log[at..at + 8].copy_from_slice(&entries.to_le_bytes());
+        let crc = crc32fast::hash(&log[at..at + 20]);
+        log[at + 20..at + 24].copy_from_slice(&crc.to_le_bytes());
+        log[at + 24..at + 28].copy_from_slice(&(entries as u32).to_le_bytes());
+        again(&log, |_| {})
+    };
+    assert_eq!(announcing(totals.entries).unwrap(), (totals.entries, None));
+    for fewer in 1..totals.entries {
+        let found = announcing(totals.entries - fewer);
+        assert!(matches!(found, Err(LogError::Damaged { .. })), "{fewer} fewer: {found:?}");
+    }
+}
+
+#[test]
 fn other_formats_are_told_apart() {
     let (file, _) = recorded("formats", 10);
     let mut bytes = fs::read(&file.0).unwrap();

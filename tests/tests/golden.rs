@@ -55,6 +55,11 @@ fn an_encoder_that_runs_again_waits_for_the_one_before_it() {
 }
 
 #[test]
+fn an_encoder_that_waits_for_a_frame_waits_for_the_one_before_it_again() {
+    golden("memory_parked", PLAIN, 100);
+}
+
+#[test]
 fn a_floor_keeps_jobs_from_being_dropped() {
     golden("overload_floors", &[Run { policy: Policy::Red, preempt: false }], 60);
 }

@@ -1,6 +1,7 @@
 //! The log of a run: begun before real time starts, closed after it.
 
 use super::{Options, Robot, SessionError};
+use crate::regular;
 use red_record::{Header, Tape, Totals, Writer};
 use red_rt::runtime::Mode;
 use red_workload::{Format, Source, shown_path};
@@ -28,11 +29,7 @@ impl Recording {
         mode: &Mode,
     ) -> Result<Option<(Self, Tape)>, SessionError> {
         let Some(path) = options.record else { return Ok(None) };
-        // A FIFO would wait for its reader, and a device cannot be closed as a log is.
-        if std::fs::metadata(path).is_ok_and(|there| !there.is_file()) {
-            let why = std::io::Error::other("it is a directory, a FIFO, a device or a socket");
-            return Err(SessionError::Record(no_log(path, &why)));
-        }
+        regular::exists(path).map_err(|e| SessionError::Record(no_log(path, &e)))?;
         let header = Header {
             program: concat!("redrt ", env!("CARGO_PKG_VERSION")).to_owned(),
             capacities: Header::capacities_of::<Robot>(),

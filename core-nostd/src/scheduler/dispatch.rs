@@ -82,8 +82,7 @@ impl<C: Capacity> Scheduler<C> {
         if self.stale_keys && self.queued_in(pool) > 0 {
             self.reassign();
         }
-        let slot = self.pick(pool)?;
-        let rank = self.head_of(slot, pool)?;
+        let (slot, rank) = self.first(pool)?;
         let wanted = free & prefer;
         let lane = if wanted != 0 { wanted.trailing_zeros() } else { free.trailing_zeros() };
         let lane = if C::LANES == 1 { 0 } else { lane as usize };
@@ -97,9 +96,16 @@ impl<C: Capacity> Scheduler<C> {
         Some(self.start(slot, rank, version.order[rank], lane))
     }
 
+    /// The head of the pool.
+    #[inline(always)]
+    pub(super) fn first(&mut self, pool: usize) -> Option<(usize, usize)> {
+        let slot = self.pick(pool)?;
+        Some((slot, self.head_of(slot, pool)?))
+    }
+
     /// The job whose head is first, made the pool's current one.
     #[inline(always)]
-    pub(super) fn pick(&mut self, pool: usize) -> Option<usize> {
+    fn pick(&mut self, pool: usize) -> Option<usize> {
         let p = &self.pools[pool];
         let current = usize::from(p.current);
         if p.queue.is_empty() {

@@ -86,11 +86,6 @@ impl<C: Capacity> Scheduler<C> {
         self.jobs[slot].ready.contains(rank) && self.fits(pool, slot, rank)
     }
 
-    pub(super) fn first(&mut self, pool: usize) -> Option<(usize, usize)> {
-        let slot = self.pick(pool)?;
-        Some((slot, self.head_of(slot, pool)?))
-    }
-
     fn reads(&self, slot: usize, rank: usize, place: usize) -> bool {
         let encoder = self.version(slot).encoder_of(rank);
         encoder.is_some_and(|e| usize::from(self.jobs[slot].place[e]) == place + 1)

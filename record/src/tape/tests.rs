@@ -44,4 +44,6 @@ fn a_chunk_that_comes_back_too_late_opens_no_gap() {
     }
     tape.put(&entry(1));
     assert_eq!(tape.dropped, 2);
+    // Taken and not used, it would be freed on a lane.
+    assert!(exchange.empty.pop().is_some());
 }
