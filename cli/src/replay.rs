@@ -19,8 +19,8 @@ use red_workload::policy::Policy;
 use red_workload::{Format, Source, shown, shown_path};
 use serde::Serialize;
 use std::fmt::Write;
-use std::fs::{self, File};
-use std::io::{self, BufReader};
+use std::fs::File;
+use std::io::BufReader;
 use std::path::{Path, PathBuf};
 use what_if::Change;
 

@@ -1,8 +1,10 @@
 //! *Claim.* A body that is found beyond its bound is failed once or completed once, never both; its lane is then
-//! restored once, for a spare; the thread that came back leaves, and only the spare takes what is handed next.
+//! restored once, for a spare; the thread that came back leaves, also where the spare runs its own body by then, and
+//! only the spare takes what is handed next. A thread that ended late was not killed, and its lane is lost once.
 //!
 //! *Threads.* The lane whose body is late, and the watchdog that becomes control thread and spare; then a control
-//! thread of its own that becomes the spare, and then another lane that has a turn.
+//! thread of its own that becomes the spare, and then another lane that has a turn; then a control thread that finds
+//! the late thread ended.
 //! *Bound.* None for two; few preemptions for three.
 //! *Sources.* `rt-linux/src/spares.rs`, `rt-linux/src/seat.rs`, `rt-linux/src/slot.rs`
 #![cfg(loom)]
@@ -13,11 +15,12 @@ use red_core::UnitId;
 use red_loom_tests::handler::Work;
 use red_loom_tests::model::explore;
 use red_loom_tests::seat::Seat;
-use red_loom_tests::slot::{Bound, Slot};
+use red_loom_tests::slot::{Armed, Bound, Slot};
 use red_loom_tests::spares::Spares;
 use std::sync::Arc;
 
 const SPARE: u64 = 5;
+const DEADLINE: u64 = 7;
 
 #[derive(Default)]
 struct Host {
@@ -25,6 +28,17 @@ struct Host {
     slot: Slot,
     spares: Spares,
     locked: Mutex<Locked>,
+}
+
+/// How a late thread leaves.
+#[derive(Clone, Copy, PartialEq)]
+enum Leaves {
+    /// By what its own deadline has become.
+    AsBuilt,
+    /// Planted: by whom the lane belongs to when it comes back, and then by whatever the slot shows.
+    BySeat,
+    /// Planted: not at all.
+    Never,
 }
 
 /// What the scheduler knows of the lane, under its lock.
@@ -51,14 +65,18 @@ impl Host {
     }
 
     /// The lane's thread, from the start of the body on. Whether it goes on.
-    fn body_returns(&self, leaves: bool) -> bool {
-        if !self.seat.is_of(0) || self.slot.disarm() == Bound::Passed && leaves {
-            return false;
+    fn body_returns(&self, armed: Armed, leaves: Leaves) -> bool {
+        let goes_on = match leaves {
+            Leaves::AsBuilt => self.slot.disarm(armed) == Bound::Kept,
+            Leaves::BySeat => self.seat.is_of(0) && self.slot.reset() == Bound::Kept,
+            Leaves::Never => self.slot.disarm(armed) == Bound::Kept || self.seat.is_of(0),
+        };
+        if goes_on {
+            let mut locked = self.locked.lock().unwrap();
+            self.fail_overdue(&mut locked);
+            locked.completed += u32::from(locked.failed == 0);
         }
-        let mut locked = self.locked.lock().unwrap();
-        self.fail_overdue(&mut locked);
-        locked.completed += u32::from(locked.failed == 0);
-        true
+        goes_on
     }
 
     /// Whether the watchdog finds the body beyond its bound.
@@ -72,13 +90,14 @@ impl Host {
         claimed
     }
 
-    /// The control thread finds the lane lost, and the spare has its first turn.
+    /// The control thread finds the lane lost, and the spare begins a body.
     fn replace(&self) {
         if self.spares.take_lost() == 0 {
             return;
         }
         assert_eq!(self.spares.take_lost(), 0, "lost once");
         self.spares.assign(0, &self.seat, SPARE);
+        let _of_the_late_body = self.slot.reset();
         let mut locked = self.locked.lock().unwrap();
         self.fail_overdue(&mut locked);
         if self.spares.takes_over(0, &self.seat, SPARE) {
@@ -86,15 +105,23 @@ impl Host {
             locked.is_retired = false;
             locked.restored += 1;
             self.seat.hand(unit(2), &Work::default());
+            drop(locked);
+            let _for_ever = self.slot.arm(DEADLINE + 1);
         }
     }
 }
 
-fn is_replaced_once(threads: usize, leaves: bool) {
+/// A body runs, and its lane has been handed nothing else.
+fn running() -> (Arc<Host>, Armed) {
     let host = Arc::new(Host::default());
     host.seat.hand(unit(1), &Work::default());
     assert!(host.seat.take().is_some());
-    host.slot.arm(1);
+    let armed = host.slot.arm(DEADLINE);
+    (host, armed)
+}
+
+fn is_replaced_once(threads: usize, leaves: Leaves) {
+    let (host, armed) = running();
     let watchdog = {
         let host = host.clone();
         thread::spawn(move || {
@@ -112,7 +139,7 @@ fn is_replaced_once(threads: usize, leaves: bool) {
             host.fail_overdue(&mut locked);
         })
     });
-    let goes_on = host.body_returns(leaves);
+    let goes_on = host.body_returns(armed, leaves);
     let late = if goes_on { host.seat.take() } else { None };
     let is_lost = watchdog.join().unwrap();
     other.into_iter().for_each(|other| other.join().unwrap());
@@ -125,23 +152,20 @@ fn is_replaced_once(threads: usize, leaves: bool) {
 
 #[test]
 fn a_late_body_is_failed_once_and_its_lane_restored_once() {
-    explore(2, || is_replaced_once(2, true));
+    explore(2, || is_replaced_once(2, Leaves::AsBuilt));
 }
 
 #[test]
 fn the_spare_retires_the_lane_before_it_takes_over() {
     explore(3, || {
-        let host = Arc::new(Host::default());
-        host.seat.hand(unit(1), &Work::default());
-        assert!(host.seat.take().is_some());
-        host.slot.arm(1);
+        let (host, armed) = running();
         let control = {
             let host = host.clone();
             thread::spawn(move || host.replace())
         };
         let late = {
             let host = host.clone();
-            thread::spawn(move || host.body_returns(true))
+            thread::spawn(move || host.body_returns(armed, Leaves::AsBuilt))
         };
         let is_lost = host.watch();
         control.join().unwrap();
@@ -154,11 +178,50 @@ fn the_spare_retires_the_lane_before_it_takes_over() {
 
 #[test]
 fn another_lane_may_fail_the_late_body() {
-    explore(3, || is_replaced_once(3, true));
+    explore(3, || is_replaced_once(3, Leaves::AsBuilt));
 }
 
 #[test]
 #[should_panic(expected = "the thread that was replaced took what was handed to its spare")]
 fn a_late_thread_that_goes_on_is_caught() {
-    explore(2, || is_replaced_once(2, false));
+    explore(2, || is_replaced_once(2, Leaves::Never));
+}
+
+#[test]
+#[should_panic(expected = "the thread that was replaced took what was handed to its spare")]
+fn a_late_thread_that_asks_the_seat_and_then_the_slot_is_caught() {
+    explore(2, || is_replaced_once(2, Leaves::BySeat));
+}
+
+/// The thread ends, killed or not, and the control thread finds it ended. With whether it keeps what became of a body
+/// that came back late.
+fn is_buried(is_killed: bool, keeps: bool) {
+    let (host, armed) = running();
+    let watchdog = {
+        let host = host.clone();
+        thread::spawn(move || host.watch())
+    };
+    let is_gone = is_killed || host.slot.disarm(armed) == Bound::Passed;
+    if is_gone && !keeps {
+        let _forgotten = host.slot.reset();
+    }
+    let has_died = is_gone && host.slot.reset() == Bound::Kept;
+    if has_died {
+        host.spares.lose(0, &host.seat);
+    }
+    let is_late = watchdog.join().unwrap();
+    assert_eq!(has_died, is_killed && !is_late, "lost twice, or taken for killed");
+    assert_eq!(host.spares.take_lost() != 0, is_gone);
+}
+
+#[test]
+fn a_thread_that_was_killed_is_told_from_one_that_came_back_late() {
+    explore(2, || is_buried(true, true));
+    explore(2, || is_buried(false, true));
+}
+
+#[test]
+#[should_panic(expected = "lost twice, or taken for killed")]
+fn a_late_thread_that_frees_its_slot_is_caught() {
+    explore(2, || is_buried(false, false));
 }

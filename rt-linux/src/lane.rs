@@ -6,20 +6,22 @@ use crate::handler::{Handler, Work};
 use crate::panics::{BodyPanic, caught};
 use crate::report::LaneFigures;
 use crate::setup::best_effort;
-use crate::shared::{DEPTH, Shared};
+use crate::shared::{DEPTH, Shared, take_requests};
 use crate::sleeper::Sleeper;
 use crate::timeline::{Host, Timeline};
 use crate::usage::Usage;
 use crate::waiting::Next;
-use crate::watchdog::Bound;
+use crate::watchdog::{Armed, Bound};
 use core::sync::atomic::Ordering;
-use red_core::{Action, Capacity, Instant, LaneId, ReleaseError, Scheduler, UnitId};
+use red_core::{Action, Capacity, Instant, LaneId, Scheduler, UnitId};
 use red_record::Recorded;
 use red_sync::{Exclusive, Requests};
 
 /// Bound of a body: this many times its WCET, and a fixed part.
 const BOUND_TIMES: u64 = 10;
 const BOUND_PLUS_NS: u64 = 100_000_000;
+/// Bound of what a handler does when the run starts.
+const BOUND_OF_BEGIN_NS: u64 = 1_000_000_000;
 
 pub(crate) struct Lane<'a, C: Capacity, H, L: Exclusive<Scheduler<C>>> {
     pub(crate) shared: &'a Shared<C, H, L>,
@@ -34,7 +36,11 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
     /// Until the run stops, or this thread was replaced.
     pub(crate) fn run(&mut self, mut sleeper: Sleeper) {
         let waiting = &self.shared.waiting;
+        let armed = self.watched(waiting.now(), BOUND_OF_BEGIN_NS);
         self.handler.begin(waiting.origin_ns);
+        if !self.is_kept(armed) {
+            return;
+        }
         self.figures.baseline = Usage::of_thread();
         arm(true);
         let mut next = self.session(None, waiting.now());
@@ -42,12 +48,7 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
             next = match next {
                 Next::Run(unit, work, start) => match self.execute(&work, start) {
                     Some((ok, end)) => self.session(Some((unit, ok)), end),
-                    None => {
-                        // Out of the idle class, if that is allowed: a thread that starves while the kernel takes
-                        // its stack apart would keep the lock of the whole address space.
-                        let _unchanged = best_effort();
-                        break;
-                    }
+                    None => break,
                 },
                 Next::Idle => waiting.wait(self.number, &mut sleeper, || self.session(None, waiting.now())),
                 Next::Leave => break,
@@ -65,7 +66,7 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
         self.figures.dispatched(start.saturating_sub(work.since_ns));
         self.figures.units += 1;
         let bound = work.wcet_ns.saturating_mul(BOUND_TIMES).saturating_add(BOUND_PLUS_NS);
-        shared.slots[self.number].arm(shared.waiting.origin_ns.saturating_add(start).saturating_add(bound));
+        let armed = self.watched(start, bound);
         arm(false);
         let result = caught(|| self.handler.run(work));
         let end = shared.waiting.now();
@@ -80,16 +81,26 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
         }
         // The message was the body's.
         arm(true);
-        // A thread whose bound has passed leaves, even if it could go on: its lane is retired, and gets a spare on the
-        // same seat. It was demoted and must not take the lock: the spare would spin for it on the CPU that it needs.
-        // Asked before, because the slot of a thread that was replaced is the spare's.
-        if !shared.waiting.seats[self.number].is_of(self.thread) {
-            return None;
+        self.is_kept(armed).then_some((ok, end))
+    }
+
+    /// Whether what the watchdog was shown is over in time. A thread whose bound has passed leaves, even if it could go
+    /// on: its lane is retired, and gets a spare on the same seat. It was demoted and must not take the lock: the spare
+    /// would spin for it on the CPU that it needs.
+    fn is_kept(&self, armed: Armed) -> bool {
+        let is_kept = self.shared.slots[self.number].disarm(armed) == Bound::Kept;
+        if !is_kept {
+            // Out of the idle class, if that is allowed: a thread that starves while the kernel takes its stack apart
+            // would keep the lock of the whole address space.
+            let _unchanged = best_effort();
         }
-        if shared.slots[self.number].disarm() == Bound::Passed {
-            return None;
-        }
-        Some((ok, end))
+        is_kept
+    }
+
+    /// Shows the watchdog until when what begins now has to be over.
+    fn watched(&self, start: u64, bound_ns: u64) -> Armed {
+        let deadline = self.shared.waiting.origin_ns.saturating_add(start).saturating_add(bound_ns);
+        self.shared.slots[self.number].arm(deadline)
     }
 
     /// One turn with the scheduler, from `begin` on: report, apply what is due, decide, hand out. Once a stop was asked
@@ -161,11 +172,7 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
         let (shared, me) = (self.shared, LaneId::new(self.number as u8));
         let mut since = now.as_nanos();
         host.due(scheduler, now);
-        while let Some(request) = requests.next() {
-            let taken = scheduler.release_at(request.task, request.at, request.capture, now);
-            host.released(request.task.index(), request.at, taken != Err(ReleaseError::Full));
-            since = since.min(request.at.as_nanos());
-        }
+        since = since.min(take_requests(scheduler, requests, host, now));
         since = since.min(timeline.release(scheduler, host, now).unwrap_or(u64::MAX));
         let mut mine = None;
         while let Some(action) = scheduler.poll_on(me, now) {

@@ -8,11 +8,11 @@ use crate::panics::keep_of_bodies;
 use crate::pi_lock::PiLock;
 use crate::report::{LaneFigures, RunReport};
 use crate::setup::{self, Fifo, SetupError};
-use crate::shared::{Held, Shared};
+use crate::shared::{Held, Shared, take_requests};
 use crate::spares::Spares;
 use crate::stop::StopSignals;
 use crate::supervision::Supervision;
-use crate::threads::{Gate, NO_HOST, Starter, start_all};
+use crate::threads::{NOT_UP, Starter};
 use crate::timeline::{Host, Releases, Timeline};
 use crate::waiting::Waiting;
 use crate::watchdog::{Slot, Watchdog};
@@ -20,6 +20,7 @@ use core::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use red_core::{Capacity, Instant, Scheduler, TaskId};
 use red_record::{Recorded, Tape};
 use red_sync::{Exclusive, Request, SharedScheduler, TicketLock};
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 /// How long an idle lane spins before it sleeps, where it has its CPU to itself: twice a wake-up.
@@ -32,7 +33,7 @@ pub enum Mode {
     RealTime {
         /// 1 to 98; the watchdog runs one above.
         priority: u8,
-        /// A CPU for each lane.
+        /// A CPU of its own for each lane.
         cpus: Vec<usize>,
     },
     /// Ordinary threads that share CPUs: no spinning, a priority-inheriting lock, no promise.
@@ -78,10 +79,31 @@ pub struct Setup<C: Capacity> {
     pub enclose: Arc<Enclose>,
 }
 
+impl<C: Capacity> Setup<C> {
+    fn check(&self) -> Result<(), SetupError> {
+        let (lanes, of_scheduler) = (self.lanes, self.scheduler.lanes());
+        if lanes != of_scheduler {
+            return Err(SetupError::OtherLanes { lanes, of_scheduler });
+        }
+        if self.scheduler.config().preempt {
+            return Err(SetupError::Preempts);
+        }
+        match &self.mode {
+            Mode::RealTime { cpus, .. }
+                if BTreeSet::from_iter(cpus).len() != lanes || cpus.len() != lanes =>
+            {
+                Err(SetupError::NotACpuEach { lanes, cpus: cpus.clone() })
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
 /// A run that goes on: what other threads may ask of it.
 pub trait Control: Send + Sync {
     /// Releases a job from outside of the lanes; `false` if the mailbox is full, the duration is over or a stop was
-    /// asked for. Wait-free but for the other users of the same producer number.
+    /// asked for. A stop that comes later drops what no lane came to, as it does with jobs. Wait-free but for the other
+    /// users of the same producer number.
     fn release(&self, producer: usize, task: TaskId) -> bool;
 }
 
@@ -103,11 +125,11 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>> + Send + Sync> Control 
 /// of the duration is made, late if need be; after a signal or a surrender none is made and no body starts. Bodies that
 /// run at the end are waited for, as long as the watchdog gives them. Panics of bodies are in the report and not printed ([`crate::panics`]).
 ///
-/// `progress` is called about ten times a second on the calling thread, with the nanoseconds since the start. Returns
-/// the host and the figures.
+/// `started` is called before the first lane does anything, and `progress` about ten times a second on the calling thread, with the
+/// nanoseconds since the start; should they panic, the lanes are stopped first. Returns the host and the figures.
 ///
 /// # Errors
-/// [`SetupError`] of whatever right or resource is missing; nothing ran then.
+/// [`SetupError`] of whatever right or resource is missing, or does not fit together; nothing ran then.
 pub fn run<C: Capacity, H: Host<C> + 'static>(
     setup: Setup<C>,
     host: H,
@@ -135,6 +157,7 @@ where
     H: Host<C> + 'static,
     L: Exclusive<Scheduler<C>> + Send + Sync + 'static,
 {
+    setup.check()?;
     let signals = StopSignals::install()?;
     keep_of_bodies();
     let Setup { scheduler, lanes, mode, releases, duration_ns, drain_ns, tape, handlers, enclose } = setup;
@@ -148,8 +171,8 @@ where
     // Held to the end of the run; a machine without the device idles as deep as it likes, which doctor tells.
     let _awake = realtime.then(setup::hold_cpu_dma_latency);
     let (allocations_before, suspended_before) = (allocations::counted(), suspended_ns());
-    let starter = Starter::<Shared<C, H, L>>::new(handlers, enclose, mode);
-    let running = start_all(&starter, lanes)?;
+    let starter = Starter { handlers, enclose, mode };
+    let starting = starter.start_all::<C, H, L>(lanes)?;
 
     let slots: Arc<[Slot]> = (0..lanes).map(|_| Slot::new()).collect();
     let shared = Arc::new(Shared::<C, H, L> {
@@ -168,16 +191,14 @@ where
         standstills: Standstills::default(),
     });
     let above = starter.mode.fifo(0).map(|f| Fifo { priority: f.priority + 1, ..f });
-    let watchdog = Watchdog::start(slots, above, Oversight::of(shared.clone()));
-    let watchdog = watchdog.inspect_err(|_| starter.let_through(Gate::Cancelled))?;
+    let watchdog = Watchdog::start(slots, above, Oversight::of(shared.clone()))?;
     if signals.requested().is_some() {
         // It came before the run: no lane begins anything.
         shared.waiting.stop();
     }
     started(shared.clone());
-    starter.let_through(Gate::Open(shared.clone()));
 
-    let mut supervision = Supervision::new(shared.clone(), starter, running);
+    let mut supervision = Supervision::new(shared.clone(), starter, starting);
     let mut now = 0;
     let is_over =
         |now: u64| shared.drained.load(Ordering::Relaxed) || now >= duration_ns.saturating_add(drain_ns);
@@ -189,23 +210,22 @@ where
     }
     let gave_up = supervision.gave_up;
     let stopped_by = signals.requested().map(nix::sys::signal::Signal::as_str);
-    shared.waiting.stop();
     let mut total = LaneFigures::new();
     let mut busy_ns = vec![0; lanes];
-    for thread in &supervision.running {
-        if let Some(figures) = thread.end(&shared) {
-            busy_ns[thread.lane] += figures.busy_ns;
-            total.add(figures);
-        }
+    for (lane, figures) in supervision.end() {
+        busy_ns[lane] += figures.busy_ns;
+        total.add(figures);
     }
     drop(watchdog);
-    let host = shared.scheduler.with(|scheduler, _| {
+    let host = shared.scheduler.with(|scheduler, requests| {
         shared.host.with(|held| {
             let (mut host, mut tape) = (held.host.take()?, held.tape.take());
             let scheduler = &mut Recorded::new(scheduler, tape.as_mut());
             if stopped_by.is_none() && gave_up.is_none() {
                 // What no lane came to within the bound is told as released, too.
-                held.timeline.release(scheduler, &mut host, Instant::from_nanos(now));
+                let now = Instant::from_nanos(now);
+                take_requests(scheduler, requests, &mut host, now);
+                held.timeline.release(scheduler, &mut host, now);
             }
             scheduler.end();
             Some(host)
@@ -236,7 +256,7 @@ where
         stopped_by,
         gave_up,
     };
-    host.map(|host| (host, report)).ok_or(NO_HOST)
+    host.map(|host| (host, report)).ok_or(NOT_UP)
 }
 
 /// Between two looks of the control thread.

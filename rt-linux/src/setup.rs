@@ -71,6 +71,22 @@ pub enum SetupError {
         /// The CPUs that this process may use.
         usable: Vec<usize>,
     },
+    /// A run was set up with other lanes than its scheduler has.
+    OtherLanes {
+        /// Lanes of the set-up.
+        lanes: usize,
+        /// Lanes over all pools of the scheduler.
+        of_scheduler: usize,
+    },
+    /// A run was set up with a scheduler that preempts, and no lane can interrupt a body.
+    Preempts,
+    /// A run in real time was set up with too few or too many CPUs, or with one twice.
+    NotACpuEach {
+        /// Lanes of the set-up.
+        lanes: usize,
+        /// Its CPUs.
+        cpus: Vec<usize>,
+    },
     /// More stack was to be prefaulted than the thread has.
     StackTooSmall {
         /// Bytes asked for.
@@ -106,6 +122,17 @@ impl fmt::Display for SetupError {
                 f,
                 "CPU {cpu} is offline or not allowed for this process, usable are {usable:?}; fix: choose one of \
                  them, or bring it in: echo 1 > /sys/devices/system/cpu/cpu{cpu}/online, taskset, cpuset"
+            ),
+            Self::OtherLanes { lanes, of_scheduler } => write!(
+                f,
+                "the set-up has {lanes} lanes and the scheduler's pools {of_scheduler}; fix: give both the same"
+            ),
+            Self::Preempts => f.write_str(
+                "a lane cannot interrupt a body, and the scheduler preempts; fix: set preempt to false in its Config",
+            ),
+            Self::NotACpuEach { lanes, cpus } => write!(
+                f,
+                "{lanes} lanes in real time need a CPU each, and were given {cpus:?}; fix: name {lanes} different CPUs"
             ),
             Self::StackTooSmall { wanted, room } => write!(
                 f,

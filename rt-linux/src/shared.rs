@@ -2,13 +2,13 @@
 
 use crate::oversight::Standstills;
 use crate::spares::Spares;
-use crate::timeline::Timeline;
+use crate::timeline::{Host, Timeline};
 use crate::waiting::Waiting;
 use crate::watchdog::Slot;
 use core::sync::atomic::{AtomicBool, AtomicU64};
-use red_core::{Capacity, Instant, LaneId, Scheduler};
+use red_core::{Capacity, Instant, LaneId, ReleaseError, Scheduler};
 use red_record::{Recorded, Tape};
-use red_sync::{Exclusive, SharedScheduler, TicketLock};
+use red_sync::{Exclusive, Requests, SharedScheduler, TicketLock};
 use std::sync::Arc;
 
 /// Producers outside of the lanes, and requests that each may have under way.
@@ -65,4 +65,20 @@ impl<C: Capacity, H, L: Exclusive<Scheduler<C>>> Shared<C, H, L> {
             scheduler.restore_lane(LaneId::new(lane as u8));
         }
     }
+}
+
+/// Releases what was asked for from outside. When the first of it was, in nanoseconds; at the end of time for nothing.
+pub(crate) fn take_requests<C: Capacity>(
+    scheduler: &mut Recorded<'_, C>,
+    requests: &mut Requests<'_, DEPTH>,
+    host: &mut impl Host<C>,
+    now: Instant,
+) -> u64 {
+    let mut first = u64::MAX;
+    while let Some(request) = requests.next() {
+        let taken = scheduler.release_at(request.task, request.at, request.capture, now);
+        host.released(request.task.index(), request.at, taken != Err(ReleaseError::Full));
+        first = first.min(request.at.as_nanos());
+    }
+    first
 }

@@ -5,11 +5,15 @@
 //! ```text
 //!            1 arm: one store              3 bound passed
 //!     FREE ───────────────────▶ deadline ─────────────────▶ CLAIMED
-//!      ▲                         │                             │ 4 thread demoted
-//!      ├─────────────────────────┘ 2 disarm in time            ▼
-//!      └──────────────────────────────────────────────────── PASSED
-//!                              5 disarm: the lane learns of it
+//!      ▲                         │   ▲                         │ 4 thread demoted
+//!      ├─────────────────────────┘   │ 1                       ▼
+//!      │ 2 disarm in time            └───────────────────── PASSED
+//!      └────────────────────────────────────────────────────┘ 5 reset, for another thread
 //! ```
+//!
+//! A lane that disarms names the deadline that it armed, and takes no other away: a body that returns late finds what
+//! the watchdog left, or what the lane's next thread has armed since, and learns in both cases that its bound has
+//! passed. What is armed after a deadline has passed is a later deadline, so the two are told apart.
 //!
 //! CLAIMED exists so that a body that returns just then waits for the demotion to be over: otherwise it could
 //! take its priority back first and lose it after.
@@ -29,6 +33,11 @@ pub struct Slot {
     deadline_ns: AtomicU64,
     thread: AtomicI32,
 }
+
+/// A deadline that was armed, for [`Slot::disarm`].
+#[derive(Debug)]
+#[must_use = "a body whose deadline is not disarmed is found beyond its bound"]
+pub struct Armed(u64);
 
 /// Whether a body returned within its bound.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -69,27 +78,43 @@ impl Slot {
     }
 
     /// The body that starts now must return before `deadline_ns` of `CLOCK_MONOTONIC`. One store.
-    pub fn arm(&self, deadline_ns: u64) {
+    pub fn arm(&self, deadline_ns: u64) -> Armed {
+        let deadline = deadline_ns.clamp(1, LATEST);
         // Release: partner of the Acquire in `claim`, so that the watchdog sees the thread of `adopt`.
-        self.deadline_ns.store(deadline_ns.clamp(1, LATEST), Ordering::Release);
+        self.deadline_ns.store(deadline, Ordering::Release);
+        Armed(deadline)
     }
 
     /// The body returned. To be called on the adopted thread, also before that thread ends.
-    pub fn disarm(&self) -> Bound {
+    pub fn disarm(&self, armed: Armed) -> Bound {
+        let Armed(own) = armed;
         loop {
             // Acquire: partner of the Release in `expire`, after which the policy is no longer touched.
+            match self.deadline_ns.compare_exchange(own, FREE, Ordering::Relaxed, Ordering::Acquire) {
+                Ok(_) => return Bound::Kept,
+                // For the length of one system call, of a thread of higher priority.
+                Err(CLAIMED) => yield_now(),
+                Err(_) => return Bound::Passed,
+            }
+        }
+    }
+
+    /// Frees the slot of a lane that has no thread any more: what its body came to, if one was running. To be called
+    /// by who gives it another thread, or by that thread before it arms.
+    pub fn reset(&self) -> Bound {
+        loop {
+            // Acquire: partner of the Release in `expire`, so that what was done about the thread is seen.
             match self.deadline_ns.fetch_update(Ordering::Relaxed, Ordering::Acquire, |deadline| {
                 (deadline != CLAIMED).then_some(FREE)
             }) {
                 Ok(PASSED) => return Bound::Passed,
                 Ok(_) => return Bound::Kept,
-                // For the length of one system call, of a thread of higher priority.
                 Err(_) => yield_now(),
             }
         }
     }
 
-    /// Whether a body is running that was found beyond its bound.
+    /// Whether the body that was armed last was found beyond its bound.
     pub fn has_passed(&self) -> bool {
         matches!(self.deadline_ns.load(Ordering::Relaxed), CLAIMED | PASSED)
     }
@@ -109,7 +134,7 @@ impl Slot {
     /// killed, and then it may not be there.
     pub fn expire<R>(&self, act: impl FnOnce(Option<i32>) -> R) -> R {
         let result = act(self.thread());
-        // Release: partner of the Acquire in `disarm`.
+        // Release: partner of the Acquire in `disarm` and `reset`.
         self.deadline_ns.store(PASSED, Ordering::Release);
         result
     }

@@ -5,7 +5,7 @@
 //! ```text
 //! watchdog          lose: the seat is overdue, the lane is lost, and a knock
 //! a lane, locked    finds_overdue: fails the unit, retires the lane
-//! control thread    lost: numbers a spare, assigns the lane to it and starts it
+//! control thread    lost: starts a spare; once that is set up, numbers it, assigns the lane to it and lets it go
 //! the spare, locked finds_overdue, then takes_over: what was handed is discarded, the lane is restored
 //! ```
 //!
@@ -45,17 +45,12 @@ impl Spares {
         self.lost.swap(0, Ordering::Acquire)
     }
 
-    /// The lane belongs to a thread of this number from now on, which is started next.
+    /// The lane belongs to a thread of this number from now on, which is let go next.
     pub fn assign(&self, lane: usize, seat: &Seat, thread: u64) {
-        // Relaxed, as all about `spared`: only the spare looks for its bit, and its start publishes both.
+        // Relaxed, as all about `spared`: only the spare looks for its bit, and letting it go publishes both.
         seat.threads.store(thread, Ordering::Relaxed);
         // Before its first turn, which retires the lane for the hung body and then takes it over.
         self.spared.fetch_or(1 << lane, Ordering::Relaxed);
-    }
-
-    /// That thread could not be started.
-    pub fn withdraw(&self, lane: usize) {
-        self.spared.fetch_and(!(1 << lane), Ordering::Relaxed);
     }
 
     /// Whether this thread takes its lane over now, so that the lane has to be restored. To be called under the

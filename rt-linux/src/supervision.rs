@@ -2,12 +2,13 @@
 //! lost its thread gets a spare, a pinned thread is where it was put, and a run that cannot go on gives up.
 
 use crate::placement;
-use crate::report::Surrender;
+use crate::report::{LaneFigures, Surrender};
 use crate::setup::Fifo;
 use crate::shared::Shared;
-use crate::threads::{Started, Starter};
+use crate::threads::{Lanes, Started, Starter};
 use crate::timeline::Host;
 use crate::watchdog::Bound;
+use core::mem;
 use nix::errno::Errno;
 use nix::unistd::Pid;
 use red_core::{Capacity, Scheduler};
@@ -19,9 +20,11 @@ const MOST_STUCK: usize = 16;
 
 pub(crate) struct Supervision<C: Capacity, H, L: Exclusive<Scheduler<C>>> {
     shared: Arc<Shared<C, H, L>>,
-    starter: Starter<Shared<C, H, L>>,
-    pub(crate) running: Vec<Started>,
-    /// Threads ever started.
+    starter: Starter,
+    running: Vec<Started>,
+    /// Spares that set themselves up.
+    spares: Lanes<C, H, L>,
+    /// Threads that ever became part of the run.
     threads: u64,
     /// Those that were replaced and have not ended yet.
     stuck: Vec<Pid>,
@@ -32,32 +35,48 @@ pub(crate) struct Supervision<C: Capacity, H, L: Exclusive<Scheduler<C>>> {
     pub(crate) gave_up: Option<Surrender>,
 }
 
+impl<C: Capacity, H, L: Exclusive<Scheduler<C>>> Supervision<C, H, L> {
+    /// Lets the lanes go.
+    pub(crate) fn new(shared: Arc<Shared<C, H, L>>, starter: Starter, lanes: Lanes<C, H, L>) -> Self {
+        let threads = lanes.len() as u64;
+        let running = lanes.into_iter().map(|lane| lane.go(&shared, 0)).collect();
+        let (gone, threads_died, pinned_again) = (0, 0, 0);
+        let (spares, stuck, gave_up) = (Vec::new(), Vec::new(), None);
+        Self { shared, starter, running, spares, threads, stuck, gone, threads_died, pinned_again, gave_up }
+    }
+
+    /// Asks all lanes to leave and waits for them: what they measured, with their numbers.
+    pub(crate) fn end(&mut self) -> Vec<(usize, LaneFigures)> {
+        self.shared.waiting.stop();
+        let shared = &self.shared;
+        let ended = self.running.drain(..).filter_map(|thread| Some((thread.lane, thread.end(shared)?)));
+        ended.collect()
+    }
+
+    /// Lanes that stay without a thread.
+    pub(crate) fn lanes_lost(&self) -> u64 {
+        self.gone.count_ones().into()
+    }
+}
+
+/// A panic of who runs it leaves no lane behind.
+impl<C: Capacity, H, L: Exclusive<Scheduler<C>>> Drop for Supervision<C, H, L> {
+    fn drop(&mut self) {
+        self.end();
+    }
+}
+
 impl<C, H, L> Supervision<C, H, L>
 where
     C: Capacity,
     H: Host<C> + 'static,
     L: Exclusive<Scheduler<C>> + Send + Sync + 'static,
 {
-    pub(crate) fn new(
-        shared: Arc<Shared<C, H, L>>,
-        starter: Starter<Shared<C, H, L>>,
-        running: Vec<Started>,
-    ) -> Self {
-        let threads = running.len() as u64;
-        let (gone, threads_died, pinned_again) = (0, 0, 0);
-        let (stuck, gave_up) = (Vec::new(), None);
-        Self { shared, starter, running, threads, stuck, gone, threads_died, pinned_again, gave_up }
-    }
-
     /// One look.
     pub(crate) fn look(&mut self) {
         for lane in 0..self.shared.slots.len() {
-            let Some(thread) = self.shared.slots[lane].thread().map(Pid::from_raw) else {
-                // A spare is on its way, unless it ended before it was one.
-                let spare = self.running.iter().rfind(|thread| thread.lane == lane);
-                self.gone |= u32::from(spare.is_some_and(Started::never_began)) << lane;
-                continue;
-            };
+            // Without one, a spare is on its way.
+            let Some(thread) = self.shared.slots[lane].thread().map(Pid::from_raw) else { continue };
             match placement::cpus_of(thread) {
                 Err(Errno::ESRCH) => self.bury(lane),
                 Ok(cpus) => self.hold(lane, thread, &cpus),
@@ -71,25 +90,21 @@ where
             lost &= lost - 1;
             self.replace(lane);
         }
+        self.let_in();
         if self.lanes_lost() == self.shared.slots.len() as u64 {
             self.gave_up = Some(Surrender::NoLane);
         }
     }
 
-    /// Lanes that stay without a thread.
-    pub(crate) fn lanes_lost(&self) -> u64 {
-        self.gone.count_ones().into()
-    }
-
-    /// The lane's thread has ended though nobody asked it to: its unit fails as that of a body that hangs does, and
-    /// what it was to keep falls to the others.
+    /// The lane's thread has ended: what it was to keep falls to the others. If nobody asked it to, its unit fails as
+    /// that of a body that hangs does.
     fn bury(&mut self, lane: usize) {
         let (shared, slot) = (&self.shared, &self.shared.slots[lane]);
         slot.forget();
         shared.waiting.bury(lane);
-        self.threads_died += 1;
-        // Unless the watchdog has said so already.
-        if slot.disarm() == Bound::Kept {
+        // Otherwise its body came back beyond its bound, which the watchdog says.
+        if slot.reset() == Bound::Kept {
+            self.threads_died += 1;
             shared.lose(lane);
         }
     }
@@ -109,18 +124,29 @@ where
 
     /// Another thread for a lane.
     fn replace(&mut self, lane: usize) {
-        let (shared, slot) = (&self.shared, &self.shared.slots[lane]);
+        let slot = &self.shared.slots[lane];
         self.stuck.retain(|thread| placement::cpus_of(*thread).is_ok());
         self.stuck.extend(slot.thread().map(Pid::from_raw));
         slot.forget();
-        self.threads += 1;
-        shared.spares.assign(lane, &shared.waiting.seats[lane], self.threads);
         let may = self.stuck.len() <= MOST_STUCK;
-        match may.then(|| self.starter.start(lane, self.threads, None)) {
-            Some(Ok(spare)) => self.running.push(spare),
-            Some(Err(_)) | None => {
-                shared.spares.withdraw(lane);
-                self.gone |= 1 << lane;
+        match may.then(|| self.starter.start(lane)) {
+            Some(Ok(spare)) => self.spares.push(spare),
+            Some(Err(_)) | None => self.gone |= 1 << lane,
+        }
+    }
+
+    /// Spares that are set up take their lanes.
+    fn let_in(&mut self) {
+        for spare in mem::take(&mut self.spares) {
+            let (shared, lane) = (&self.shared, spare.lane);
+            match spare.verdict() {
+                None => self.spares.push(spare),
+                Some(Err(_)) => self.gone |= 1 << lane,
+                Some(Ok(())) => {
+                    shared.spares.assign(lane, &shared.waiting.seats[lane], self.threads);
+                    self.running.push(spare.go(shared, self.threads));
+                    self.threads += 1;
+                }
             }
         }
     }

@@ -1,5 +1,6 @@
 //! The threads of lanes, the first ones and spares: how they start together, and what they tell when they end.
 
+use crate::clock::now_ns;
 use crate::handler::Handler;
 use crate::lane::Lane;
 use crate::report::LaneFigures;
@@ -13,10 +14,10 @@ use red_core::{Capacity, Scheduler};
 use red_sync::Exclusive;
 use std::ffi::CString;
 use std::io;
+use std::sync::Arc;
 use std::sync::mpsc::{self, RecvTimeoutError, TryRecvError};
-use std::sync::{Arc, Condvar, Mutex};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Bodies are prepared within this time.
 const START_BOUND: Duration = Duration::from_secs(60);
@@ -27,92 +28,104 @@ const STOP_LOOKS: u32 = 200;
 /// Stack that a lane touches before real time starts.
 const STACK: usize = 256 * 1024;
 
-/// A lane's thread that was started.
-pub(crate) struct Started {
+/// A lane's thread that sets itself up, and then waits to be told to go. Dropped, it ends.
+pub(crate) struct Starting<S> {
     pub(crate) lane: usize,
-    thread: u64,
-    /// What it measured, when it ends. Closed without, where it never came to run.
+    until: Instant,
+    /// What came of its set-up. Closed without, where it panicked.
+    verdict: mpsc::Receiver<Result<(), SetupError>>,
+    go: mpsc::Sender<Go<S>>,
     figures: mpsc::Receiver<LaneFigures>,
 }
 
-/// Lanes set themselves up before time starts, and wait here for it.
-pub(crate) enum Gate<T> {
-    Closed,
-    Open(T),
-    Cancelled,
+/// A thread for each lane.
+pub(crate) type Lanes<C, H, L> = Vec<Starting<Shared<C, H, L>>>;
+
+/// The run that a thread becomes part of, and its number among the threads of its lane.
+struct Go<S> {
+    shared: Arc<S>,
+    thread: u64,
+}
+
+/// A lane's thread that is part of a run.
+pub(crate) struct Started {
+    pub(crate) lane: usize,
+    thread: u64,
+    /// What it measured, when it ends. Closed without, where it died.
+    figures: mpsc::Receiver<LaneFigures>,
 }
 
 /// Starts the threads of lanes, the first ones and spares.
-pub(crate) struct Starter<S> {
-    gate: Arc<(Mutex<Gate<Arc<S>>>, Condvar)>,
-    handlers: Arc<Handlers>,
-    enclose: Arc<Enclose>,
+pub(crate) struct Starter {
+    pub(crate) handlers: Arc<Handlers>,
+    pub(crate) enclose: Arc<Enclose>,
     pub(crate) mode: Mode,
 }
 
-impl<C, H, L> Starter<Shared<C, H, L>>
-where
-    C: Capacity,
-    H: Host<C> + 'static,
-    L: Exclusive<Scheduler<C>> + Send + Sync + 'static,
-{
-    pub(crate) fn new(handlers: Arc<Handlers>, enclose: Arc<Enclose>, mode: Mode) -> Self {
-        Self { gate: Arc::new((Mutex::new(Gate::Closed), Condvar::new())), handlers, enclose, mode }
-    }
-
-    pub(crate) fn start(
-        &self,
-        number: usize,
-        thread: u64,
-        ready: Option<mpsc::Sender<Result<(), SetupError>>>,
-    ) -> io::Result<Started> {
-        let (finished, is_finished) = mpsc::channel();
-        let gate = self.gate.clone();
+impl Starter {
+    pub(crate) fn start<C, H, L>(&self, lane: usize) -> Result<Starting<Shared<C, H, L>>, SetupError>
+    where
+        C: Capacity,
+        H: Host<C> + 'static,
+        L: Exclusive<Scheduler<C>> + Send + Sync + 'static,
+    {
+        let (told, verdict) = mpsc::channel();
+        let (go, is_to_go) = mpsc::channel::<Go<Shared<C, H, L>>>();
+        let (finished, figures) = mpsc::channel();
         let (handlers, enclose) = (self.handlers.clone(), self.enclose.clone());
-        let fifo = self.mode.fifo(number);
+        let fifo = self.mode.fifo(lane);
         let main = move || {
-            let handler = set_up(fifo, &*handlers, number);
-            let (handler, verdict) = match handler {
+            let (handler, verdict) = match set_up(fifo, &*handlers, lane) {
                 Ok(handler) => (Some(handler), Ok(())),
                 Err(e) => (None, Err(e)),
             };
-            if let Some(ready) = ready {
-                // The starter waits for every lane.
-                let _told = ready.send(verdict);
-            }
             // Large, so before time starts.
             let figures = LaneFigures::new();
-            let (Some(handler), Some(shared)) = (handler, open(&gate)) else { return };
-            shared.slots[number].adopt();
+            let _told = told.send(verdict);
+            let (Some(handler), Ok(Go { shared, thread })) = (handler, is_to_go.recv()) else { return };
+            shared.slots[lane].adopt();
             // A spare's still shows the body that hung.
-            let _bound = shared.slots[number].disarm();
+            let _bound = shared.slots[lane].reset();
             let sleeper = if fifo.is_some() { Sleeper::spinning() } else { Sleeper::yielding() };
-            let mut lane = Lane { shared: &shared, number, thread, figures, handler };
+            let mut lane = Lane { shared: &shared, number: lane, thread, figures, handler };
             lane.run(sleeper);
             let _told = finished.send(lane.figures);
         };
-        let builder = thread::Builder::new().name(format!("red-start-{number}"));
-        builder.spawn(move || enclose(Box::new(main)))?;
-        Ok(Started { lane: number, thread, figures: is_finished })
+        let builder = thread::Builder::new().name(format!("red-start-{lane}"));
+        builder.spawn(move || enclose(Box::new(main))).map_err(|e| no_thread(&e))?;
+        Ok(Starting { lane, until: Instant::now() + START_BOUND, verdict, go, figures })
     }
 
-    pub(crate) fn let_through(&self, gate: Gate<Arc<Shared<C, H, L>>>) {
-        if let Ok(mut state) = self.gate.0.lock() {
-            *state = gate;
+    /// Starts every lane; either all are set up, or none goes on.
+    pub(crate) fn start_all<C, H, L>(&self, lanes: usize) -> Result<Lanes<C, H, L>, SetupError>
+    where
+        C: Capacity,
+        H: Host<C> + 'static,
+        L: Exclusive<Scheduler<C>> + Send + Sync + 'static,
+    {
+        let starting = (0..lanes).map(|lane| self.start(lane)).collect::<Result<Vec<_>, _>>()?;
+        for thread in &starting {
+            let left = thread.until.saturating_duration_since(Instant::now());
+            thread.verdict.recv_timeout(left).unwrap_or(Err(NOT_UP))?;
         }
-        self.gate.1.notify_all();
+        Ok(starting)
     }
 }
 
-/// Waits for the gate.
-fn open<S>(gate: &(Mutex<Gate<Arc<S>>>, Condvar)) -> Option<Arc<S>> {
-    let mut state = gate.0.lock().ok()?;
-    loop {
-        match &*state {
-            Gate::Open(shared) => return Some(shared.clone()),
-            Gate::Cancelled => return None,
-            Gate::Closed => state = gate.1.wait(state).ok()?,
+impl<S> Starting<S> {
+    /// What came of its set-up, once that is known; it is also where it takes longer than [`START_BOUND`].
+    pub(crate) fn verdict(&self) -> Option<Result<(), SetupError>> {
+        match self.verdict.try_recv() {
+            Ok(verdict) => Some(verdict),
+            Err(TryRecvError::Empty) if Instant::now() < self.until => None,
+            Err(_) => Some(Err(NOT_UP)),
         }
+    }
+
+    /// Lets it take its lane, as the thread of this number. It was set up.
+    pub(crate) fn go(self, shared: &Arc<S>, thread: u64) -> Started {
+        let _there = self.go.send(Go { shared: shared.clone(), thread });
+        Started { lane: self.lane, thread, figures: self.figures }
     }
 }
 
@@ -130,13 +143,8 @@ fn set_up(fifo: Option<Fifo>, handlers: &Handlers, number: usize) -> Result<Box<
 }
 
 impl Started {
-    /// Whether a thread that has not adopted its lane's slot never will.
-    pub(crate) fn never_began(&self) -> bool {
-        matches!(self.figures.try_recv(), Err(TryRecvError::Disconnected))
-    }
-
-    /// Waits for its end, as long as it may take: a body until the watchdog finds it beyond its bound, and what is no
-    /// body for [`STOP_LOOKS`]. Who takes longer tells nothing and ends with the process.
+    /// Waits for its end, as long as it may take: a body until its bound, within which the watchdog finds it, and what
+    /// is no body for [`STOP_LOOKS`]. Who takes longer tells nothing and ends with the process.
     pub(crate) fn end<C: Capacity, H, L: Exclusive<Scheduler<C>>>(
         &self,
         shared: &Shared<C, H, L>,
@@ -151,7 +159,8 @@ impl Started {
                     if !seat.is_of(self.thread) || slot.has_passed() {
                         return None;
                     }
-                    looks = if slot.deadline().is_some() { 0 } else { looks + 1 };
+                    let is_running = slot.deadline().is_some_and(|deadline| deadline > now_ns());
+                    looks = if is_running { 0 } else { looks + 1 };
                 }
             }
         }
@@ -159,28 +168,8 @@ impl Started {
     }
 }
 
-/// Starts every lane; either all are set up, or none goes on.
-pub(crate) fn start_all<C, H, L>(
-    starter: &Starter<Shared<C, H, L>>,
-    lanes: usize,
-) -> Result<Vec<Started>, SetupError>
-where
-    C: Capacity,
-    H: Host<C> + 'static,
-    L: Exclusive<Scheduler<C>> + Send + Sync + 'static,
-{
-    let (ready, is_ready) = mpsc::channel();
-    let all = || {
-        let started = (0..lanes).map(|number| starter.start(number, 0, Some(ready.clone())));
-        let started: Vec<Started> = started.collect::<io::Result<_>>().map_err(|e| no_thread(&e))?;
-        (0..lanes).try_for_each(|_| is_ready.recv_timeout(START_BOUND).unwrap_or(Err(NO_HOST)))?;
-        Ok(started)
-    };
-    all().inspect_err(|_| starter.let_through(Gate::Cancelled))
-}
-
-/// A lane did not come up, or the host was taken: neither happens without a failure that was printed before.
-pub(crate) const NO_HOST: SetupError = SetupError::System {
+/// A lane did not come up: it panicked, which was printed, or takes too long.
+pub(crate) const NOT_UP: SetupError = SetupError::System {
     call: "start of a lane",
     errno: nix::errno::Errno::ETIMEDOUT,
     fix: "see the message above; a body that needs more than 60 s to load is too slow to start",
@@ -193,3 +182,6 @@ fn no_thread(error: &io::Error) -> SetupError {
         fix: "raise the limit of processes (ulimit -u) or free memory",
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -15,7 +15,7 @@ use nix::unistd::{Pid, gettid};
 use crate::bell::{Bell, Woken};
 use crate::clock::now_ns;
 use crate::setup::{Fifo, SetupError, best_effort};
-pub use crate::slot::{Bound, Slot};
+pub use crate::slot::{Armed, Bound, Slot};
 use crate::sys::{self, Policy};
 
 /// Bounds shorter than this do not make the watchdog run more often.
@@ -41,16 +41,15 @@ impl Slot {
     }
 }
 
-/// Ends a claim of the slot, after demoting its thread if `demotes`.
-fn expire(slot: &Slot, demotes: bool) -> Expiry {
-    let demoted = |thread: Option<i32>| {
-        thread.map_or(Err(Errno::ESRCH), |thread| sys::set_policy(Pid::from_raw(thread), Policy::Idle))
-    };
-    slot.expire(|thread| match demotes.then(|| demoted(thread)) {
+/// Demotes the thread of a slot that was claimed, if `demotes`.
+fn demote(thread: Option<i32>, demotes: bool) -> Expiry {
+    let demoted =
+        || thread.map_or(Err(Errno::ESRCH), |thread| sys::set_policy(Pid::from_raw(thread), Policy::Idle));
+    match demotes.then(demoted) {
         Some(Ok(())) => Expiry::Demoted,
         Some(Err(errno)) => Expiry::Refused(errno),
         None => Expiry::Reported,
-    })
+    }
 }
 
 /// Who is told what the watchdog sees, on the watchdog's thread. Must be short and must not panic.
@@ -131,7 +130,8 @@ fn watch(slots: &[Slot], demotes: bool, stop: &Bell, mut overseer: impl Overseer
             if deadline > now {
                 wake_at = wake_at.min(deadline);
             } else if slot.claim(deadline) {
-                overseer.expired(index, expire(slot, demotes));
+                let expiry = slot.expire(|thread| demote(thread, demotes));
+                overseer.expired(index, expiry);
             }
         }
         overseer.looked(late_ns);

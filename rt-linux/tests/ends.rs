@@ -1,111 +1,23 @@
 //! How a run ends: what is released, run and counted when it is stopped and when its time is over.
 
+mod one_lane;
+
+use one_lane::{Counted, FAR_NS, PERIOD_NS, Plan, alone, wait_for};
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::sync::{Arc, OnceLock};
 use std::thread;
 use std::time::Duration;
 
 use nix::sys::signal::{Signal, raise};
-use red_core::{Caps, Config, Dag, Event, Instant, Node, Outcome, Scheduler, TaskId, Timing, Wcet};
-use red_rt::handler::{Failed, Handler, Work};
+use red_core::{TaskId, Wcet};
+use red_rt::handler::Work;
 use red_rt::report::RunReport;
-use red_rt::runtime::{Control, Mode, Setup, run};
+use red_rt::runtime::Control;
 use red_rt::stop::StopSignals;
-use red_rt::timeline::{Host, Releases};
-
-type OneNode = Caps<1, 1, 64, 1, 1>;
 
 /// Jobs in a run, one each millisecond.
 const JOBS: usize = 15;
-const PERIOD_NS: u64 = 1_000_000;
-/// Never reached.
-const FAR_NS: u64 = 60_000_000_000;
-const LOOK: Duration = Duration::from_millis(1);
-
-/// Signals are the process's, so there is one run at a time.
-static ONE_RUN: Mutex<()> = Mutex::new(());
-
-#[derive(Default)]
-struct Counted {
-    released: usize,
-    ended: usize,
-}
-
-impl Host<OneNode> for Counted {
-    fn released(&mut self, _task: usize, _release: Instant, _taken: bool) {
-        self.released += 1;
-    }
-
-    fn ended(&mut self, _outcome: &Outcome) {
-        self.ended += 1;
-    }
-
-    fn event(&mut self, _event: &Event) {}
-}
-
-/// What the lane does before its first turn, and for each job.
-struct Does<B, W> {
-    begin: B,
-    body: W,
-}
-
-impl<B: Fn() + Send, W: Fn(&Work) + Send> Handler for Does<B, W> {
-    fn run(&mut self, work: &Work) -> Result<(), Failed> {
-        (self.body)(work);
-        Ok(())
-    }
-
-    fn begin(&mut self, _origin_ns: u64) {
-        (self.begin)();
-    }
-}
-
-/// One lane, one task of one node.
-struct Plan<B, W> {
-    wcet: Wcet,
-    duration_ns: u64,
-    drain_ns: u64,
-    begin: B,
-    body: W,
-}
-
-impl<B: Fn() + Send + Sync + Clone + 'static, W: Fn(&Work) + Send + Sync + Clone + 'static> Plan<B, W> {
-    fn run(
-        self,
-        started: impl FnOnce(Arc<dyn Control>, TaskId),
-        progress: impl FnMut(u64),
-    ) -> (Counted, RunReport) {
-        let mut scheduler = Box::new(Scheduler::<OneNode>::new(Config::EDF));
-        let mut dag = Dag::new();
-        dag.add_node(Node::new(self.wcet)).expect("room for one node");
-        let timing = Timing::new(red_core::Duration::from_secs(30));
-        let task = scheduler.add_task(&dag, timing).expect("room for one task");
-        let (begin, body) = (self.begin, self.body);
-        let setup = Setup {
-            scheduler,
-            lanes: 1,
-            mode: Mode::BestEffort,
-            releases: vec![Releases { task, first_ns: 0, period_ns: Some(PERIOD_NS) }],
-            duration_ns: self.duration_ns,
-            drain_ns: self.drain_ns,
-            tape: None,
-            handlers: Arc::new(move |_| Box::new(Does { begin: begin.clone(), body: body.clone() })),
-            enclose: Arc::new(|main| main()),
-        };
-        run(setup, Counted::default(), |control| started(control, task), progress).expect("needs no rights")
-    }
-}
-
-fn alone() -> impl Drop {
-    ONE_RUN.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-/// Waits for another thread.
-fn wait_for(is_there: &AtomicBool) {
-    while !is_there.load(Ordering::Relaxed) {
-        thread::sleep(LOOK);
-    }
-}
 
 #[test]
 fn a_lane_that_is_never_idle_stops_after_the_body_that_runs() {
@@ -197,4 +109,52 @@ fn releases_that_no_lane_came_to_are_counted() {
     let (host, report) = starved(0, |_| false);
     assert_eq!((host.released, host.ended), (JOBS, 0));
     assert_eq!(report.dispatch_ns.len(), 0);
+}
+
+#[test]
+fn what_was_asked_for_in_time_is_released_also_where_no_lane_came_to_it() {
+    static RUNNING: OnceLock<(Arc<dyn Control>, TaskId)> = OnceLock::new();
+    let _alone = alone();
+    let (asked, is_over) = (Arc::new(AtomicUsize::new(0)), Arc::new(AtomicBool::new(false)));
+    let (takes, over) = (asked.clone(), is_over.clone());
+    let plan = Plan {
+        wcet: Wcet::from_millis(1),
+        duration_ns: JOBS as u64 * PERIOD_NS,
+        drain_ns: 0,
+        begin: || (),
+        body: move |_: &Work| {
+            let (control, task) = RUNNING.get().expect("the run started");
+            takes.fetch_add(usize::from(control.release(0, *task)), Ordering::Relaxed);
+            // The only lane is busy until the time is over.
+            wait_for(&over);
+        },
+    };
+    let started = |control, task| assert!(RUNNING.set((control, task)).is_ok());
+    let ends = JOBS as u64 * PERIOD_NS;
+    let (host, _) = plan.run(started, |now| is_over.store(now >= ends, Ordering::Relaxed));
+    assert_eq!((asked.load(Ordering::Relaxed), host.released), (1, JOBS + 1));
+}
+
+#[test]
+fn a_panic_of_who_waits_for_a_run_leaves_no_lane_behind() {
+    struct Tells(Arc<AtomicBool>);
+    impl Drop for Tells {
+        fn drop(&mut self) {
+            self.0.store(true, Ordering::Relaxed);
+        }
+    }
+    let _alone = alone();
+    let is_gone = Arc::new(AtomicBool::new(false));
+    let last = Arc::new(Tells(is_gone.clone()));
+    let plan = Plan {
+        wcet: Wcet::from_millis(1),
+        duration_ns: FAR_NS,
+        drain_ns: FAR_NS,
+        begin: || (),
+        body: move |_: &Work| drop(last.clone()),
+    };
+    let panics = AssertUnwindSafe(|| plan.run(|_, _| (), |_| panic!("of the host")));
+    assert!(catch_unwind(panics).is_err());
+    // The handlers, with all that the bodies hold.
+    wait_for(&is_gone);
 }

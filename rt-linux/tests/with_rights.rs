@@ -99,12 +99,12 @@ fn the_watchdog_demotes_a_real_time_thread_that_does_not_return() {
             become_fifo(40);
             slots[1].adopt();
             let now = now_ns();
-            slots[1].arm(now + 2_000_000);
+            let armed = slots[1].arm(now + 2_000_000);
             while !seen.load(Ordering::Relaxed) && now_ns() < now + LONGEST_SPIN_NS {
                 spin_loop();
             }
             let hung = scheduling(gettid().as_raw());
-            let bound = slots[1].disarm();
+            let bound = slots[1].disarm(armed);
             become_fifo(40);
             (hung, bound, scheduling(gettid().as_raw()))
         }

@@ -289,7 +289,7 @@ impl Lane {
         *self.runs[self.number].lock().unwrap_or_else(PoisonError::into_inner) =
             Some(Place { node, ..*place });
         let slot = &self.slots[self.number];
-        slot.arm(now_ns().saturating_add(self.bounds.timeout_ns));
+        let armed = slot.arm(now_ns().saturating_add(self.bounds.timeout_ns));
         let start_ns = now_ns();
         let work = Work {
             task: place.task,
@@ -304,7 +304,7 @@ impl Lane {
         self.calls += 1;
         let result = catch_unwind(AssertUnwindSafe(|| self.handler.run(&work)));
         let took = now_ns() - start_ns;
-        if slot.disarm() == Bound::Passed {
+        if slot.disarm(armed) == Bound::Passed {
             // Late, and the watchdog has told so.
             return Err(*place);
         }

@@ -107,9 +107,8 @@ impl<C: Capacity> Scheduler<C> {
     #[inline(always)]
     fn pick(&mut self, pool: usize) -> Option<usize> {
         let p = &self.pools[pool];
-        let current = usize::from(p.current);
         if p.queue.is_empty() {
-            return current.checked_sub(1);
+            return usize::from(p.current).checked_sub(1);
         }
         cold_path();
         self.pick_among(pool)

@@ -75,11 +75,11 @@ impl<C: Capacity> Scheduler<C> {
         let decoder = |slot, rank| is_encoder && self.version(slot).decoders.contains(rank);
         let (slot, rank) = self.most_pressing(pool, decoder).unwrap_or(head);
         self.evict_all(pool, |s, place| !s.reads(slot, rank, place));
-        if !self.can_start(pool, slot, rank) {
-            self.evict_all(pool, |_, _| true);
-            return self.first(pool);
+        if self.can_start(pool, slot, rank) {
+            return Some((slot, rank));
         }
-        Some((slot, rank))
+        self.evict_all(pool, |_, _| true);
+        self.first(pool)
     }
 
     fn can_start(&self, pool: usize, slot: usize, rank: usize) -> bool {

@@ -173,10 +173,6 @@ impl<C: Capacity> Scheduler<C> {
         bits(self.in_flight)
     }
 
-    fn lane_numbers(&self) -> Range<usize> {
-        0..self.lane_count.into()
-    }
-
     fn pool_numbers(&self) -> Range<usize> {
         0..self.pool_count.into()
     }

@@ -87,7 +87,7 @@ impl<C: Capacity> Scheduler<C> {
     /// was last looked at with: its best case is then beyond its worst case alone, or its best where it is behind.
     pub(super) fn waits_longer(&self, slot: usize) -> bool {
         let runs = |lane: &usize| self.lanes[*lane].is_busy() && self.lanes[*lane].is_encoder;
-        let longest = self.lane_numbers().filter(runs).map(|lane| self.left_on(lane)).max();
+        let longest = (0..self.lanes()).filter(runs).map(|lane| self.left_on(lane)).max();
         // Costs first: looking for a key takes longer.
         self.open_encoders(slot).iter().any(|e| {
             let behind = self.jobs[slot].behind;

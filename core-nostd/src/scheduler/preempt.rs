@@ -30,8 +30,7 @@ impl<C: Capacity> Scheduler<C> {
         let running = |lane: usize| {
             let l = &self.lanes[lane];
             let (slot, rank) = (usize::from(l.slot), usize::from(l.rank));
-            let is_atomic = self.node(slot, rank).atomic;
-            let keeps_lane = is_atomic || l.is_encoder || l.merged || l.members == 0;
+            let keeps_lane = self.node(slot, rank).atomic || l.is_encoder || l.merged || l.members == 0;
             (!keeps_lane).then(|| (self.rank_key(slot, rank), rank, slot, lane))
         };
         let (key, rank, slot, lane) = bits(self.pools[pool].lanes.into()).filter_map(running).max()?;

@@ -30,6 +30,11 @@ impl<C: Capacity> Scheduler<C> {
         &self.config
     }
 
+    /// Lanes over all pools, retired ones too.
+    pub const fn lanes(&self) -> usize {
+        self.lane_count as usize
+    }
+
     /// What happened so far, in numbers.
     pub fn counters(&self) -> Counters {
         Counters { units: self.units, ..self.counters }
@@ -47,7 +52,7 @@ impl<C: Capacity> Scheduler<C> {
 
     /// Units that run, whether or not their jobs still want them.
     pub fn running_units(&self) -> usize {
-        self.lane_numbers().filter(|l| self.lanes[*l].is_busy()).count()
+        (0..self.lanes()).filter(|l| self.lanes[*l].is_busy()).count()
     }
 
     /// Takes the oldest event of the record.

@@ -162,7 +162,7 @@ impl<C: Capacity> Scheduler<C> {
     /// no such lane. A pool without lanes starts nothing.
     pub fn retire_lane(&mut self, lane: LaneId) -> bool {
         let l = lane.index();
-        let idle = l < usize::from(self.lane_count) && !self.lanes[l].is_busy();
+        let idle = l < self.lanes() && !self.lanes[l].is_busy();
         if idle {
             let pool = &mut self.pools[usize::from(self.lanes[l].pool)];
             pool.free &= !(1 << l);
@@ -174,7 +174,7 @@ impl<C: Capacity> Scheduler<C> {
     /// Puts a retired lane back; `false` if it was not retired.
     pub fn restore_lane(&mut self, lane: LaneId) -> bool {
         let l = lane.index();
-        if l >= usize::from(self.lane_count) {
+        if l >= self.lanes() {
             return false;
         }
         let pool = &mut self.pools[usize::from(self.lanes[l].pool)];

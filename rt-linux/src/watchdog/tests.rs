@@ -1,7 +1,7 @@
 use std::sync::{Arc, mpsc};
 use std::time::Duration;
 
-use super::{Bound, Expiry, Slot, Watchdog, expire};
+use super::{Bound, Expiry, Slot, Watchdog, demote};
 use crate::clock::now_ns;
 use crate::slot::LATEST;
 
@@ -22,8 +22,8 @@ fn a_body_that_returns_in_time_is_left_alone() {
     .expect("an ordinary thread");
     slots[1].adopt();
     for _ in 0..100 {
-        slots[1].arm(now_ns() + 60_000_000_000);
-        assert_eq!(slots[1].disarm(), Bound::Kept);
+        let armed = slots[1].arm(now_ns() + 60_000_000_000);
+        assert_eq!(slots[1].disarm(armed), Bound::Kept);
     }
     drop(watchdog);
     assert_eq!(expired.try_iter().count(), 0);
@@ -39,10 +39,11 @@ fn a_body_past_its_bound_is_reported_once_and_learns_of_it() {
     .expect("an ordinary thread");
     let lane = std::thread::spawn(move || {
         slots[2].adopt();
-        slots[2].arm(now_ns());
+        let armed = slots[2].arm(now_ns());
         let report = expired.recv_timeout(FAR);
-        let bound = slots[2].disarm();
-        (report, bound, slots[2].disarm(), expired.try_iter().count())
+        let bound = slots[2].disarm(armed);
+        let next = slots[2].arm(now_ns() + 60_000_000_000);
+        (report, bound, slots[2].disarm(next), expired.try_iter().count())
     });
     let (report, bound, again, further) = lane.join().expect("the lane ends");
     assert_eq!(report, Ok((2, Expiry::Reported)));
@@ -55,11 +56,11 @@ fn disarming_waits_for_a_demotion_under_way() {
     let lane = std::thread::spawn(|| {
         let slot = Slot::new();
         slot.adopt();
-        slot.arm(5);
+        let armed = slot.arm(5);
         assert!(slot.claim(5));
         std::thread::scope(|scope| {
-            let watchdog = scope.spawn(|| expire(&slot, true));
-            assert_eq!(slot.disarm(), Bound::Passed);
+            let watchdog = scope.spawn(|| slot.expire(|thread| demote(thread, true)));
+            assert_eq!(slot.disarm(armed), Bound::Passed);
             watchdog.join().expect("one call")
         })
     });
@@ -71,27 +72,41 @@ fn a_demotion_that_the_kernel_refuses_is_told() {
     let slot = Slot::new();
     // No thread adopted it, and no thread has this number.
     slot.adopt_thread(i32::MAX);
-    slot.arm(5);
+    let armed = slot.arm(5);
     assert!(slot.claim(5));
-    assert_eq!(expire(&slot, true), Expiry::Refused(nix::errno::Errno::ESRCH));
-    assert_eq!(slot.disarm(), Bound::Passed);
+    let expiry = slot.expire(|thread| demote(thread, true));
+    assert_eq!(expiry, Expiry::Refused(nix::errno::Errno::ESRCH));
+    assert_eq!(slot.disarm(armed), Bound::Passed);
 }
 
 #[test]
 fn a_claim_fails_once_the_body_has_returned() {
     let slot = Slot::new();
-    slot.arm(5);
-    assert_eq!(slot.disarm(), Bound::Kept);
+    let armed = slot.arm(5);
+    assert_eq!(slot.disarm(armed), Bound::Kept);
     assert!(!slot.claim(5));
+}
+
+#[test]
+fn a_late_body_takes_no_deadline_of_the_next_thread_away() {
+    let slot = Slot::new();
+    let late = slot.arm(5);
+    assert!(slot.claim(5));
+    slot.expire(|_| ());
+    assert_eq!(slot.reset(), Bound::Passed);
+    let next = slot.arm(9);
+    assert_eq!(slot.disarm(late), Bound::Passed);
+    assert_eq!(slot.deadline(), Some(9));
+    assert_eq!(slot.disarm(next), Bound::Kept);
 }
 
 #[test]
 fn no_deadline_is_taken_for_a_state() {
     let slot = Slot::new();
     for (deadline, seen) in [(0, 1), (7, 7), (u64::MAX, LATEST), (u64::MAX - 1, LATEST)] {
-        slot.arm(deadline);
+        let armed = slot.arm(deadline);
         assert_eq!(slot.deadline(), Some(seen));
-        assert_eq!(slot.disarm(), Bound::Kept);
+        assert_eq!(slot.disarm(armed), Bound::Kept);
         assert_eq!(slot.deadline(), None);
     }
 }
