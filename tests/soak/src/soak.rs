@@ -100,7 +100,7 @@ impl Soak<'_> {
                 String::new()
             };
             Failure::Wrong(format!(
-                "seed {seed} (policy {}, {lanes} lanes, {mode}): {wrong}{replay}\nagain: {}",
+                "seed {seed} (policy {}, lanes: {lanes}, {mode}): {wrong}{replay}\nagain: {}",
                 drawn.policy,
                 self.again(seed)
             ))
