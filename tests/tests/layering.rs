@@ -43,6 +43,8 @@ const UNSAFE: &[(&str, &str)] = &[
     ("bodies/src/clock.rs", "reads a thread's CPU clock"),
     ("bodies/examples/measure.rs", "a counting allocator"),
     ("tests/planted/src/main.rs", "bugs that sanitizers have to find"),
+    ("tests/soak/src/allocator.rs", "a counting allocator"),
+    ("tests/soak/src/death.rs", "a thread that dies"),
     ("tests/symbols/src/lib.rs", "names in an object file"),
     ("tests/symbols/src/bare.rs", "what a target without an operating system lacks"),
     ("loom-tests/src/lanes.rs", "cells whose sharing the model checker judges"),

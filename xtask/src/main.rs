@@ -55,7 +55,7 @@ usage: cargo xtask TASK
 
 example: cargo xtask test fmt clippy
 
-Exit status: 0 done, 1 something failed, 2 wrong arguments; that of the bench is in its own help. Tools that are
+Exit status: 0 done, 1 something failed, 2 wrong arguments; those of bench and soak are in their own help. Tools that are
 missing are installed where that needs no question (into the target folder, by rustup, as root on Debian by apt-get),
 or named with the line that installs them.";
 
@@ -105,7 +105,7 @@ fn main() -> ExitCode {
                 result => finish(result),
             }
         }
-        ["soak", ref rest @ ..] => finish(steps::soak(&workspace, rest)),
+        ["soak", ref rest @ ..] => finish::<()>(Err(steps::soak(&workspace, rest).replace())),
         ["faults"] => finish(faults::run(&workspace)),
         ["loom", "--mutants", ref files @ ..] => status(loom_mutants::run(&workspace, files)),
         ["loom", "--deep", ref names @ ..] => status(loom::run(&workspace, true, names)),

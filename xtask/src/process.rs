@@ -3,6 +3,7 @@
 use std::ffi::OsStr;
 use std::fmt;
 use std::io::{self, BufRead, BufReader};
+use std::os::unix::process::CommandExt;
 use std::path::Path;
 use std::process::{Command, ExitStatus, Stdio};
 
@@ -100,6 +101,13 @@ impl Run {
             tally.read(line);
         })?;
         if status.success() { Ok(tally) } else { Err(Failure::Status { command, status, tally }) }
+    }
+
+    /// Becomes it: signals reach it alone, and its exit status is ours. Comes back if it cannot be started.
+    pub(crate) fn replace(mut self) -> Failure {
+        let command = self.line();
+        println!("$ {command}");
+        Failure::Start { command, reason: self.0.exec() }
     }
 
     /// Runs it, and gives each line of its standard output to `read`. How it ended is for the caller to judge.

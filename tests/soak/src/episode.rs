@@ -1,150 +1,184 @@
-//! One random workload on real threads for a few seconds, with bodies that go wrong, recorded and replayed.
+//! One random workload on real threads, with bodies that go wrong, recorded and replayed.
 
-use crate::judge::{Judge, Robot, Seen};
-use red_core::{CommitError, Empty, Scheduler, TaskId};
-use red_record::{Header, Reader, Writer, replay};
-use red_rt::handler::{Failed, Handler, Work};
+use crate::bodies::{Bodies, Tried};
+use crate::counts::{Count, Counts};
+use crate::judge::{Judge, Robot};
+use crate::replayed::replayed;
+use crate::rights::PRIORITY;
+use crate::workload::Drawn;
+use red_core::{Empty, Scheduler, TaskId};
+use red_record::{Header, Writer};
+use red_rt::handler::Handler;
 use red_rt::placement::{choose_cpus, usable_cpus};
+use red_rt::report::RunReport;
 use red_rt::runtime::{Control, Mode, Setup, run};
 use red_rt::timeline::Releases;
-use red_tests::rng::{Rng, Shape, random_workload};
+use red_tests::rng::Rng;
 use red_workload::build::{self, Plan};
 use red_workload::model::{Arrival, Workload};
 use red_workload::policy::Policy;
-use std::fs::File;
-use std::io::BufReader;
 use std::path::Path;
 use std::process::{self, Command, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::thread;
+use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-/// Releases come for so long.
-const RELEASES: Duration = Duration::from_millis(1_500);
 /// Every job has ended long before, unless it was forgotten.
 const DRAIN: Duration = Duration::from_secs(60);
 /// Releases from outside come in bursts of so many.
 const BURST: usize = 12;
+/// Threads outside of the lanes that release.
+const PRODUCERS: u64 = 2;
+/// Lanes' threads have ended long before, those too that were given up.
+const LATE: Duration = Duration::from_secs(30);
 
-/// What an episode did.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Done {
-    pub(crate) seen: Seen,
-    pub(crate) units: u64,
-    /// Bodies that failed, panicked or hung.
-    pub(crate) faults: u64,
-    pub(crate) inputs: u64,
-    pub(crate) realtime: bool,
-    /// A signal came.
-    pub(crate) stopped: bool,
+/// What is wrong on purpose, for the tests of the soak.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Plant {
+    /// Each workload leaves a kibibyte behind.
+    Leak,
+    /// A node starts twice, says the event.
+    Start,
+    /// The log is fed to a scheduler that is set up in another way.
+    Replay,
+    /// Nothing is edited.
+    Edits,
 }
 
-/// Bodies: they sleep or spin for a part of their WCET, and now and then go wrong.
-struct Bodies {
-    seed: u64,
-    ran: Arc<AtomicU64>,
-    spins: bool,
+/// How an episode goes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Conditions {
+    /// Releases come for so long.
+    pub(crate) length: Duration,
+    /// In a process of its own, where threads may die and the process be halted.
+    pub(crate) apart: bool,
+    pub(crate) plant: Option<Plant>,
 }
 
-impl Handler for Bodies {
-    fn run(&mut self, work: &Work) -> Result<(), Failed> {
-        self.ran.fetch_add(1, Ordering::Relaxed);
-        let node = (work.task as u64) << 8 | work.node.index() as u64;
-        let mut rng = Rng::new(self.seed ^ work.job.rotate_left(20) ^ node.rotate_left(48));
-        let took = Duration::from_nanos(work.wcet_ns * rng.within(0, 90) / 100);
-        match rng.within(0, 1_999) {
-            0..3 => return Err(Failed),
-            3..6 => panic!("planted"),
-            // Past the bound of 10 times the WCET and 100 ms.
-            6 if work.wcet_ns < 1_000_000 => thread::sleep(Duration::from_millis(140)),
-            _ if self.spins => {
-                let until = Instant::now() + took;
-                while Instant::now() < until {
-                    std::hint::spin_loop();
-                }
-            }
-            _ => thread::sleep(took),
-        }
-        Ok(())
-    }
-}
-
-/// Runs the episode of a seed. Its log is left at `log` when something was wrong.
-pub(crate) fn episode(seed: u64, log: &Path) -> Result<Done, String> {
-    let rng = &mut Rng::new(seed);
-    let realtime = rng.chance(40);
-    let pools = if realtime { 1 } else { 2 };
-    let shape = Shape { pools, nodes: 12, memory: false, sync: false, ..Shape::default() };
-    let mut workload = random_workload(seed, &shape);
-    if realtime {
-        workload.pools[0].lanes = 1;
-    }
-    let policy = Policy::ALL[rng.index(5)];
-    let (scheduler, plan, tasks) = built(&workload, policy);
+/// Runs a workload, its log at `log`. What happened, and whether a signal stopped it.
+pub(crate) fn episode(drawn: &Drawn, to: Conditions, log: &Path) -> Result<(Counts, bool), String> {
+    let Drawn { seed, workload, policy, realtime, .. } = drawn;
+    let (scheduler, plan, tasks) = built(workload, *policy);
     let lanes: usize = workload.pools.iter().map(|pool| pool.lanes as usize).sum();
-    let judge = Judge::new(built(&workload, policy).0, &plan, &tasks, lanes);
+    let mut judge = Judge::new(built(workload, *policy).0, workload, &plan, &tasks, *policy);
+    judge.planted = to.plant == Some(Plant::Start);
+    drawn.removal.iter().for_each(|(task, at_ns)| judge.remove(*task, *at_ns));
     let (writer, tape) =
-        Writer::start(log, &header(policy)).map_err(|e| format!("{}: {e}", log.display()))?;
-    let ran = Arc::new(AtomicU64::new(0));
+        Writer::start(log, &header(drawn, to.length)).map_err(|e| format!("{}: {e}", log.display()))?;
+    let tried = Arc::new(Tried::default());
     let handlers = {
-        let ran = ran.clone();
-        move |_lane| -> Box<dyn Handler> { Box::new(Bodies { seed, ran: ran.clone(), spins: realtime }) }
+        let (tried, seed, spins, dies) = (tried.clone(), *seed, *realtime, to.apart);
+        move |_lane| -> Box<dyn Handler> { Box::new(Bodies { seed, tried: tried.clone(), spins, dies }) }
     };
-    let cpus = usable_cpus().and_then(|usable| choose_cpus(lanes, &usable));
-    let mode = match cpus {
-        Ok(cpus) if realtime => Mode::RealTime { priority: 60, cpus },
-        _ => Mode::BestEffort,
-    };
-    let mut setup = Setup {
+    let cpus = || usable_cpus().and_then(|usable| choose_cpus(lanes, &usable)).map_err(|e| e.to_string());
+    let mode =
+        if *realtime { Mode::RealTime { priority: PRIORITY, cpus: cpus()? } } else { Mode::BestEffort };
+    // A share of it is with each lane's thread, to its end.
+    let threads = Arc::new(());
+    let held = threads.clone();
+    let by_clock = releases(workload, &tasks);
+    let setup = Setup {
         scheduler,
         lanes,
         mode,
-        releases: releases(&workload, &tasks),
-        duration_ns: RELEASES.as_nanos() as u64,
+        releases: by_clock.clone(),
+        duration_ns: to.length.as_nanos() as u64,
         drain_ns: DRAIN.as_nanos() as u64,
         tape: Some(tape),
         handlers: Arc::new(handlers),
-        enclose: Arc::new(|main: Box<dyn FnOnce() + Send>| main()),
+        enclose: Arc::new(move |main: Box<dyn FnOnce() + Send>| {
+            let _held = held.clone();
+            main();
+        }),
     };
-    if realtime && red_rt::setup::lock_memory().is_err() {
-        setup.mode = Mode::BestEffort;
-    }
-    if rng.chance(20) {
-        stop_and_go_on();
-    }
+    let halt = to.apart.then(|| halt_and_go_on(to.length / 4));
     let over = Arc::new(AtomicBool::new(false));
-    let started = |control: Arc<dyn Control>| burst(&control, &tasks, seed, &over);
+    let accepted = Arc::new(AtomicU64::new(0));
+    let mut outside = Vec::new();
+    let started = |control: Arc<dyn Control>| {
+        outside = (0..PRODUCERS)
+            .map(|producer| {
+                let rng = Rng::new(seed.wrapping_add(producer));
+                burst(producer as usize, &control, &tasks, rng, &over, &accepted)
+            })
+            .collect();
+    };
     let finished = run(setup, judge, started, |_now| {});
     over.store(true, Ordering::Relaxed);
+    outside.into_iter().chain(halt).for_each(|thread| drop(thread.join()));
+    let (totals, unwritten) = writer.finish();
     let (mut judge, report) = finished.map_err(|e| e.to_string())?;
-    let (totals, failed) = writer.finish();
-    let stopped = report.stopped_by.is_some();
-    if !stopped {
-        judge.none_forgotten();
+    if !to.apart {
+        ended(&threads)?;
     }
-    let ran = ran.load(Ordering::Relaxed);
+    let stopped = report.stopped_by.is_some();
+    let accepted = accepted.load(Ordering::Relaxed);
+    if !stopped && report.gave_up.is_none() {
+        judge.none_forgotten(accepted + made_by_clock(&by_clock, to.length));
+    }
     let wrong = [
         judge.wrong.take(),
-        failed.map(|e| format!("the log: {e}")),
+        unwritten.map(|e| format!("the log: {e}")),
         (totals.dropped > 0).then(|| format!("{} inputs were not recorded", totals.dropped)),
-        (report.events_dropped > 0).then(|| format!("{} events were dropped", report.events_dropped)),
-        // A hung lane's unit may be discarded before its body began.
-        (report.hung == 0 && !stopped && ran != report.counters.units)
-            .then(|| format!("{} units, {ran} bodies", report.counters.units)),
-        replayed(log, &workload, policy).err(),
+        tried.twice().map(|work| format!("the body of {work:?} ran twice")),
+        wrong_figures(&report, &tried),
     ];
     if let Some(wrong) = wrong.into_iter().flatten().next() {
-        return Err(format!("policy {policy}, {lanes} lanes: {wrong}"));
+        return Err(wrong);
     }
-    Ok(Done {
-        seen: judge.seen,
-        units: report.counters.units,
-        faults: report.failed + report.hung,
-        inputs: totals.entries,
-        realtime: report.realtime,
-        stopped,
-    })
+    let mut counts = judge.counts;
+    counts[Count::Replayed] = replayed(log, to.plant == Some(Plant::Replay))?;
+    counts[Count::Workloads] = 1;
+    counts[Count::RealTime] = report.realtime.into();
+    counts[Count::Outside] = accepted;
+    counts[Count::Failed] = tried.failed.load(Ordering::Relaxed);
+    counts[Count::Panicked] = tried.panicked.load(Ordering::Relaxed);
+    counts[Count::Hung] = report.hung;
+    counts[Count::Died] = report.threads_died.min(tried.died.load(Ordering::Relaxed));
+    counts[Count::Standstills] = report.standstills;
+    if to.plant == Some(Plant::Leak) {
+        Vec::leak(vec![1_u8; 1024]);
+    }
+    Ok((counts, stopped))
+}
+
+/// What the figures of a run contradict.
+fn wrong_figures(report: &RunReport, tried: &Tried) -> Option<String> {
+    let [ran, failed, panicked, died] =
+        [&tried.ran, &tried.failed, &tried.panicked, &tried.died].map(|count| count.load(Ordering::Relaxed));
+    // Of a thread that was given up the unit may be discarded before its body began, and the figures are lost.
+    let all_told = report.hung == 0 && died == 0 && report.stopped_by.is_none();
+    if let Some(why) = report.gave_up {
+        Some(format!("the run gave up: {why}"))
+    } else if report.lanes_lost > 0 {
+        Some(format!("{} lanes were lost", report.lanes_lost))
+    } else if report.events_dropped > 0 {
+        Some(format!("{} events were dropped", report.events_dropped))
+    } else if report.counters.clock_steps_back > 0 {
+        Some(format!("time went back {} times", report.counters.clock_steps_back))
+    } else if all_told && ran != report.counters.units {
+        Some(format!("{} units, {ran} bodies", report.counters.units))
+    } else if all_told && failed + panicked != report.failed {
+        Some(format!("{failed} bodies failed and {panicked} panicked, told are {}", report.failed))
+    } else if report.threads_died > died + report.hung {
+        // A thread that comes back late ends by itself, and may be found before it is replaced.
+        Some(format!("{died} threads died and {} hung, told are {}", report.hung, report.threads_died))
+    } else {
+        None
+    }
+}
+
+/// Waits until the threads of all lanes have ended, those too that were given up: nothing is held after that.
+fn ended(threads: &Arc<()>) -> Result<(), String> {
+    let until = Instant::now() + LATE;
+    while Arc::strong_count(threads) > 1 {
+        if Instant::now() > until {
+            return Err("a lane's thread has not ended".to_owned());
+        }
+        thread::sleep(Duration::from_millis(1));
+    }
+    Ok(())
 }
 
 fn built(workload: &Workload, policy: Policy) -> (Box<Scheduler<Robot>>, Plan<Robot>, Vec<TaskId>) {
@@ -154,16 +188,16 @@ fn built(workload: &Workload, policy: Policy) -> (Box<Scheduler<Robot>>, Plan<Ro
     (scheduler, plan, tasks)
 }
 
-fn header(policy: Policy) -> Header {
+fn header(drawn: &Drawn, length: Duration) -> Header {
     Header {
-        program: "soak".to_owned(),
+        program: concat!("red-soak ", env!("CARGO_PKG_VERSION")).to_owned(),
         capacities: Header::capacities_of::<Robot>(),
-        policy: policy.name().to_owned(),
-        duration_ns: RELEASES.as_nanos() as u64,
-        realtime: false,
-        file: "random".to_owned(),
+        policy: drawn.policy.name().to_owned(),
+        duration_ns: length.as_nanos() as u64,
+        realtime: drawn.realtime,
+        file: format!("seed {}", drawn.seed),
         format: "toml".to_owned(),
-        workload: String::new(),
+        workload: drawn.text.clone(),
     }
 }
 
@@ -179,47 +213,44 @@ fn releases(workload: &Workload, tasks: &[TaskId]) -> Vec<Releases> {
     by_clock.collect()
 }
 
-/// Releases from threads that are no lanes, in bursts, until the run is over.
-fn burst(control: &Arc<dyn Control>, tasks: &[TaskId], seed: u64, over: &Arc<AtomicBool>) {
-    for producer in 0..2 {
-        let (control, tasks, over) = (control.clone(), tasks.to_vec(), over.clone());
-        thread::spawn(move || {
-            let rng = &mut Rng::new(seed.wrapping_add(producer as u64));
-            while !over.load(Ordering::Relaxed) {
-                for _ in 0..rng.index(BURST) {
-                    let _full_or_over = control.release(producer, tasks[rng.index(tasks.len())]);
-                }
-                thread::sleep(Duration::from_millis(rng.within(1, 200)));
+/// How many releases the clock brings before the end.
+fn made_by_clock(releases: &[Releases], length: Duration) -> u64 {
+    let length_ns = length.as_nanos() as u64;
+    let in_time = releases.iter().filter(|of| of.first_ns < length_ns);
+    in_time.map(|of| of.period_ns.map_or(1, |period| (length_ns - 1 - of.first_ns) / period + 1)).sum()
+}
+
+/// Releases from a thread that is no lane, in bursts, until the run is over.
+fn burst(
+    producer: usize,
+    control: &Arc<dyn Control>,
+    tasks: &[TaskId],
+    mut rng: Rng,
+    over: &Arc<AtomicBool>,
+    accepted: &Arc<AtomicU64>,
+) -> JoinHandle<()> {
+    let (control, tasks, over, accepted) = (control.clone(), tasks.to_vec(), over.clone(), accepted.clone());
+    thread::spawn(move || {
+        while !over.load(Ordering::Relaxed) {
+            for _ in 0..rng.index(BURST) {
+                // `false`: its box is full, or the run is over.
+                let taken = control.release(producer, tasks[rng.index(tasks.len())]);
+                accepted.fetch_add(taken.into(), Ordering::Relaxed);
             }
-        });
-    }
-}
-
-/// Stops this process for a while, from another one.
-fn stop_and_go_on() {
-    let me = process::id();
-    let script = format!("sleep 0.4; kill -STOP {me}; sleep 0.3; kill -CONT {me}");
-    let helper = Command::new("sh").args(["-c", &script]).stdin(Stdio::null()).spawn();
-    if let Ok(mut helper) = helper {
-        thread::spawn(move || helper.wait());
-    }
-}
-
-/// The log fed to a scheduler again.
-fn replayed(log: &Path, workload: &Workload, policy: Policy) -> Result<(), String> {
-    let (mut scheduler, plan, tasks) = built(workload, policy);
-    let change = |scheduler: &mut Scheduler<Robot>, number: u32, now| {
-        let change = plan.changes.get(number as usize).ok_or(CommitError::UnknownTask)?;
-        build::apply(scheduler, change, tasks[change.task], now)
-    };
-    let file = File::open(log).map_err(|e| e.to_string())?;
-    let mut reader = Reader::new(BufReader::new(file)).map_err(|e| format!("the log: {e}"))?;
-    let found =
-        replay(&mut reader, &mut scheduler, change, |_, _| {}).map_err(|e| format!("the log: {e}"))?;
-    found.difference.map_or(Ok(()), |difference| {
-        Err(format!(
-            "input {} is replayed as {}, it was {}",
-            difference.input, difference.now, difference.recorded
-        ))
+            thread::sleep(Duration::from_millis(rng.within(1, 200)));
+        }
     })
 }
+
+/// Halts this process for a while, from another one.
+fn halt_and_go_on(after: Duration) -> JoinHandle<()> {
+    let me = process::id();
+    let script = format!("sleep {}; kill -STOP {me}; sleep 0.3; kill -CONT {me}", after.as_secs_f64());
+    thread::spawn(move || {
+        // Where there is no shell nothing stands still, which the counts tell.
+        let _status = Command::new("sh").args(["-c", &script]).stdin(Stdio::null()).status();
+    })
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,22 +1,28 @@
 //! Watches a run from under the scheduler's lock, and holds every event against the graphs of the workload.
 //!
-//! What it holds: a node starts after its predecessors (Lemma 1), once, on a free lane; it completes where it started; a
-//! job ends when all its nodes are done, or is given up, once, and nothing of it starts afterwards.
+//! What it holds: a node starts after its predecessors (Lemma 1), once, on a free lane of its pool, in the order of keys
+//! where the policy keeps them; it completes where it started; a job ends when all its nodes are done, or is given up,
+//! once, and nothing of it starts afterwards. What the books hold is in `books.rs`.
 
+mod books;
+mod order;
+
+use crate::counts::{Count, Counts};
+use books::Books;
+use order::{Graph, Rule, facts};
 use red_core::{CommitError, Event, EventKind, Instant, Outcome, Scheduler, TaskId};
 use red_record::Recorded;
 use red_rt::timeline::Host;
 use red_workload::build::{self, Change};
+use red_workload::model::Workload;
+use red_workload::policy::Policy;
 use std::collections::HashMap;
 
 /// Capacities of a run: the limits of a workload file.
 pub(crate) type Robot = red_core::Caps<16, 256, 64, 32, 32, 4, 4096>;
 
-/// Predecessors of each node, `None` where there is no such node.
-type Graph = Vec<Option<Vec<usize>>>;
-
-/// Task, job and node.
-type SubJob = (usize, u64, usize);
+/// A job by its task and its number.
+type Name = (usize, u64);
 
 /// How far a node of a job is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,20 +32,24 @@ enum Node {
     Done,
 }
 
+/// A job in flight.
 struct Job {
     version: usize,
-    nodes: HashMap<usize, Node>,
-    ended: bool,
+    /// By number, `None` where the job's graph has no such node.
+    nodes: Vec<Option<Node>>,
 }
 
-/// What was seen.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Seen {
-    pub(crate) jobs: u64,
-    pub(crate) given_up: u64,
-    pub(crate) sub_jobs: u64,
-    pub(crate) hits: u64,
-    pub(crate) edits: u64,
+impl Job {
+    fn is_done(&self, node: usize) -> bool {
+        self.nodes.get(node) == Some(&Some(Node::Done))
+    }
+}
+
+/// A lane and the unit that runs on it.
+struct Lane {
+    pool: usize,
+    since: Instant,
+    members: Vec<(Name, usize)>,
 }
 
 pub(crate) struct Judge {
@@ -48,70 +58,110 @@ pub(crate) struct Judge {
     graphs: Vec<Vec<Graph>>,
     /// How many edits of each task were applied.
     versions: Vec<usize>,
-    jobs: HashMap<(usize, u64), Job>,
-    /// When the unit on each lane started, and its members.
-    lanes: Vec<(Instant, Vec<SubJob>)>,
-    changes: Vec<Option<Change>>,
+    rule: Rule,
+    jobs: HashMap<Name, Job>,
+    books: Books,
+    lanes: Vec<Lane>,
+    changes: Vec<Edit>,
+    /// The task that goes, and when.
+    removal: Option<(usize, Instant)>,
     now: Instant,
-    pub(crate) seen: Seen,
+    /// A start is told twice: for the tests of who judges.
+    pub(crate) planted: bool,
+    pub(crate) counts: Counts,
     /// The first thing that should not have happened.
     pub(crate) wrong: Option<String>,
+}
+
+/// An edit on its way.
+enum Edit {
+    Ahead(Change),
+    /// Made, and to be tried once more: its nodes are there, so that it has to be refused.
+    Again(Change),
+    Over,
 }
 
 impl Judge {
     /// For a workload that was built into `plan`. `scheduler` has its tasks, and is used up to find the graphs.
     pub(crate) fn new(
         mut scheduler: Box<Scheduler<Robot>>,
+        workload: &Workload,
         plan: &build::Plan<Robot>,
         tasks: &[TaskId],
-        lanes: usize,
+        policy: Policy,
     ) -> Self {
-        let mut graphs: Vec<Vec<Graph>> = tasks.iter().map(|task| vec![graph(&scheduler, *task)]).collect();
+        let mut graphs: Vec<Vec<Graph>> = tasks.iter().map(|task| vec![facts(&scheduler, *task)]).collect();
         for change in &plan.changes {
             let task = tasks[change.task];
             let applied = build::apply(&mut scheduler, change, task, Instant::ZERO);
             assert_eq!(applied, Ok(()), "a checked change applies to a task without jobs");
-            graphs[change.task].push(graph(&scheduler, task));
+            graphs[change.task].push(facts(&scheduler, task));
         }
+        let pools = workload.pools.iter().enumerate();
+        let pools = pools.flat_map(|(pool, of)| (0..of.lanes).map(move |_| pool));
+        let lane = |pool| Lane { pool, since: Instant::ZERO, members: Vec::new() };
         Self {
             tasks: tasks.to_vec(),
             versions: vec![0; graphs.len()],
             graphs,
+            rule: Rule::of(policy),
             jobs: HashMap::new(),
-            lanes: vec![(Instant::ZERO, Vec::new()); lanes],
-            changes: plan.changes.iter().cloned().map(Some).collect(),
+            books: Books::of(workload),
+            lanes: pools.map(lane).collect(),
+            changes: plan.changes.iter().cloned().map(Edit::Ahead).collect(),
+            removal: None,
             now: Instant::ZERO,
-            seen: Seen::default(),
+            planted: false,
+            counts: Counts::default(),
             wrong: None,
         }
     }
 
-    /// After the run, all jobs having ended: whether each one did.
-    pub(crate) fn none_forgotten(&mut self) {
-        let open = self.jobs.iter().find(|(_, job)| !job.ended).map(|(name, _)| *name);
-        if let Some(name) = open {
-            self.blame(format!("{name:?} was released and neither ended nor was given up"));
-        }
+    /// The task goes at this instant, with the jobs that it has then.
+    pub(crate) fn remove(&mut self, task: usize, at_ns: u64) {
+        self.removal = Some((task, Instant::from_nanos(at_ns)));
+    }
+
+    /// After the run, all jobs having ended: whether each one did, and whether each of the `asked` releases was made.
+    pub(crate) fn none_forgotten(&mut self, asked: u64) {
+        let open = self.jobs.keys().next().map(|name| format!("{name:?} neither ended nor was given up"));
+        let wrong = open.map_or_else(|| self.books.close(asked), Err);
+        wrong.unwrap_or_else(|why| self.blame(why));
     }
 
     fn blame(&mut self, what: String) {
         self.wrong.get_or_insert(what);
     }
 
+    fn released(&mut self, name: Name) -> Result<(), String> {
+        let version = self.versions[name.0];
+        let nodes = self.graphs[name.0][version].iter().map(|there| there.as_ref().map(|_| Node::Waiting));
+        let new = Job { version, nodes: nodes.collect() };
+        self.counts[Count::Released] += 1;
+        self.books.begins(name)?;
+        let twice = self.jobs.insert(name, new).is_some();
+        if twice { Err("a second time".to_owned()) } else { Ok(()) }
+    }
+
     fn started(&mut self, event: &Event) -> Result<(), String> {
         let name = (event.task.index(), event.job);
         let (node, lane) = (event.node.index(), event.lane.index());
         self.expect_predecessors(name, node)?;
+        self.expect_order(name, node)?;
         // Members whose jobs were given up meanwhile are reported as late, which is no event.
+        let pool = self.graphs[name.0][self.jobs[&name].version][node].as_ref().map(|facts| facts.pool);
         let jobs = &self.jobs;
-        let (since, members) = self.lanes.get_mut(lane).ok_or("there is no such lane")?;
-        members.retain(|(task, job, _)| jobs.get(&(*task, *job)).is_some_and(|job| !job.ended));
-        if !members.is_empty() && *since != event.at {
-            return Err(format!("lane {lane} still runs {members:?}"));
+        let on = self.lanes.get_mut(lane).ok_or("there is no such lane")?;
+        on.members.retain(|(name, _)| jobs.contains_key(name));
+        if !on.members.is_empty() && on.since != event.at {
+            return Err(format!("lane {lane} still runs {:?}", on.members));
         }
-        *since = event.at;
-        members.push((name.0, name.1, node));
-        self.seen.sub_jobs += 1;
+        if pool != Some(on.pool) {
+            return Err(format!("on lane {lane} of another pool"));
+        }
+        on.since = event.at;
+        on.members.push((name, node));
+        self.counts[Count::SubJobs] += 1;
         self.set(name, node, Node::Running(lane));
         Ok(())
     }
@@ -120,65 +170,99 @@ impl Judge {
         let name = (event.task.index(), event.job);
         let (node, lane) = (event.node.index(), event.lane.index());
         let job = self.jobs.get(&name).ok_or("no such job")?;
-        if job.nodes.get(&node) != Some(&Node::Running(lane)) {
-            return Err(format!("it was {:?} and not running on lane {lane}", job.nodes.get(&node)));
+        let state = job.nodes.get(node).copied().flatten();
+        if state != Some(Node::Running(lane)) {
+            return Err(format!("it was {state:?} and not running on lane {lane}"));
         }
-        let (_, members) = self.lanes.get_mut(lane).ok_or("there is no such lane")?;
-        members.retain(|member| *member != (name.0, name.1, node));
+        let on = self.lanes.get_mut(lane).ok_or("there is no such lane")?;
+        on.members.retain(|member| *member != (name, node));
         self.set(name, node, Node::Done);
         Ok(())
     }
 
     /// The node has not begun, its job is in flight, and all its predecessors are done.
-    fn expect_predecessors(&self, name: (usize, u64), node: usize) -> Result<(), String> {
-        let job = self.jobs.get(&name).ok_or("no such job")?;
-        if job.ended {
-            return Err("its job has ended".to_owned());
-        }
-        match job.nodes.get(&node) {
+    fn expect_predecessors(&self, name: Name, node: usize) -> Result<(), String> {
+        let job = self.jobs.get(&name).ok_or("its job is not in flight")?;
+        match job.nodes.get(node).copied().flatten() {
             Some(Node::Waiting) => {}
             Some(other) => return Err(format!("a second time: it was {other:?}")),
             None => return Err(format!("the job's graph, version {}, has no such node", job.version)),
         }
-        let predecessors = self.graphs[name.0][job.version][node].iter().flatten();
-        let open = predecessors.copied().find(|p| job.nodes.get(p) != Some(&Node::Done));
+        let predecessors =
+            self.graphs[name.0][job.version][node].iter().flat_map(|facts| &facts.predecessors);
+        let open = predecessors.copied().find(|p| !job.is_done(*p));
         open.map_or(Ok(()), |open| Err(format!("before its predecessor {open}")))
     }
 
-    fn set(&mut self, name: (usize, u64), node: usize, to: Node) {
-        if let Some(place) = self.jobs.get_mut(&name).and_then(|job| job.nodes.get_mut(&node)) {
-            *place = to;
+    fn set(&mut self, name: Name, node: usize, to: Node) {
+        if let Some(place) = self.jobs.get_mut(&name).and_then(|job| job.nodes.get_mut(node)) {
+            *place = Some(to);
         }
     }
 
-    fn close(&mut self, name: (usize, u64), whole: bool) -> Result<(), String> {
-        let job = self.jobs.get_mut(&name).ok_or("no such job")?;
-        if std::mem::replace(&mut job.ended, true) {
-            return Err("a second time".to_owned());
-        }
-        match job.nodes.iter().find(|(_, state)| **state != Node::Done) {
-            Some((node, state)) if whole => Err(format!("with node {node} {state:?}")),
+    fn close(&mut self, event: &Event) -> Result<(), String> {
+        let name = (event.task.index(), event.job);
+        let job = self.jobs.remove(&name).ok_or("it is not in flight")?;
+        let reason = if let EventKind::Shed(reason) = event.kind { Some(reason) } else { None };
+        self.books.ends(name, reason);
+        match job.nodes.iter().position(|state| state.is_some_and(|state| state != Node::Done)) {
+            Some(node) if reason.is_none() => Err(format!("with node {node} {:?}", job.nodes[node])),
             _ => Ok(()),
         }
     }
-}
 
-fn graph(scheduler: &Scheduler<Robot>, task: TaskId) -> Graph {
-    let dag = scheduler.edit(task).expect("the task is there");
-    let mut graph: Graph = vec![None; 256];
-    for node in dag.nodes() {
-        graph[node.index()].get_or_insert_default();
-        for successor in dag.successors(node).iter() {
-            graph[successor].get_or_insert_default().push(node.index());
+    /// Removes the task whose time has come.
+    fn remove_due(&mut self, scheduler: &mut Recorded<'_, Robot>, now: Instant) {
+        let Some((task, _)) = self.removal.filter(|(_, at)| *at <= now) else { return };
+        self.removal = None;
+        self.books.remove(task);
+        self.counts[Count::Removed] += u64::from(self.jobs.keys().any(|name| name.0 == task));
+        if !scheduler.remove_task(self.tasks[task], now) {
+            self.blame(format!("task {task} was not there to be removed"));
         }
     }
-    graph
+
+    /// Makes an edit, or has it refused; what becomes of it then, `None` if it has to wait.
+    fn make(
+        &mut self,
+        scheduler: &mut Recorded<'_, Robot>,
+        number: u32,
+        edit: &Edit,
+        now: Instant,
+    ) -> Option<Edit> {
+        let (Edit::Ahead(change) | Edit::Again(change)) = edit else { return None };
+        let task = self.tasks[change.task];
+        let apply = |scheduler: &mut Scheduler<Robot>| build::apply(scheduler, change, task, now);
+        let answer = scheduler.edit(number, now, apply);
+        let is_gone = self.books.is_removed(change.task);
+        match (edit, answer) {
+            (Edit::Ahead(_), Ok(())) if !is_gone => {
+                let adds = change.steps.iter().any(|step| !step.added.is_empty());
+                return Some(if adds { Edit::Again(change.clone()) } else { Edit::Over });
+            }
+            (Edit::Ahead(_), Err(CommitError::Busy)) if !is_gone => {
+                self.counts[Count::EditsBusy] += 1;
+                return None;
+            }
+            (_, Err(CommitError::UnknownTask)) if is_gone => self.counts[Count::EditsRefused] += 1,
+            (Edit::Again(_), Err(CommitError::Conflict)) if !is_gone => self.counts[Count::EditsRefused] += 1,
+            (_, other) => {
+                let again = if matches!(edit, Edit::Again(_)) { ", made before," } else { "" };
+                self.blame(format!("edit {number}{again} is answered with {other:?}"));
+            }
+        }
+        Some(Edit::Over)
+    }
 }
 
 impl Host<Robot> for Judge {
     fn next_at(&self) -> Option<u64> {
-        let later = self.changes.iter().flatten().map(|change| change.at).filter(|at| *at > self.now);
-        later.min().map(Instant::as_nanos)
+        let edits = self.changes.iter().filter_map(|edit| match edit {
+            Edit::Ahead(change) => Some(change.at),
+            Edit::Again(_) | Edit::Over => None,
+        });
+        let all = edits.chain(self.removal.map(|(_, at)| at));
+        all.filter(|at| *at > self.now).min().map(Instant::as_nanos)
     }
 
     fn due(&mut self, scheduler: &mut Recorded<'_, Robot>, now: Instant) {
@@ -186,68 +270,71 @@ impl Host<Robot> for Judge {
             self.blame(format!("time went from {:?} back to {now:?}", self.now));
         }
         self.now = now;
+        self.remove_due(scheduler, now);
         let mut held = [false; 16];
-        for (number, place) in (0..).zip(&mut self.changes) {
-            let Some(change) = place.as_ref().filter(|change| change.at <= now) else { continue };
-            if held[change.task] {
+        for number in 0..self.changes.len() {
+            let task = match &self.changes[number] {
+                Edit::Ahead(change) if change.at <= now => change.task,
+                Edit::Again(change) => change.task,
+                Edit::Ahead(_) | Edit::Over => continue,
+            };
+            if held[task] {
                 continue;
             }
-            let task = self.tasks[change.task];
-            let apply = |scheduler: &mut Scheduler<Robot>| build::apply(scheduler, change, task, now);
-            match scheduler.edit(number, now, apply) {
-                Ok(()) => *place = None,
-                Err(CommitError::Busy) => held[change.task] = true,
-                Err(error) => {
-                    self.wrong.get_or_insert(format!("edit {number} is refused: {error}"));
-                    *place = None;
+            let edit = std::mem::replace(&mut self.changes[number], Edit::Over);
+            match self.make(scheduler, number as u32, &edit, now) {
+                Some(next) => self.changes[number] = next,
+                None => {
+                    held[task] = true;
+                    self.changes[number] = edit;
                 }
             }
         }
     }
 
-    fn released(&mut self, _task: usize, _release: Instant, _taken: bool) {}
+    fn released(&mut self, task: usize, release: Instant, taken: bool) {
+        self.books.released(task, release, taken);
+    }
 
     fn ended(&mut self, outcome: &Outcome) {
-        if outcome.shed.is_none() && outcome.at < outcome.release {
-            self.blame(format!("ended before its release: {outcome:?}"));
-        }
+        self.books.outcome(outcome).unwrap_or_else(|why| self.blame(format!("{outcome:?}: {why}")));
     }
 
     fn event(&mut self, event: &Event) {
-        let (task, job) = (event.task.index(), event.job);
+        let name = (event.task.index(), event.job);
         let found = match event.kind {
-            EventKind::Released => {
-                let version = self.versions[task];
-                let nodes = self.graphs[task][version].iter().enumerate();
-                let nodes = nodes.filter_map(|(node, there)| there.as_ref().map(|_| (node, Node::Waiting)));
-                let new = Job { version, nodes: nodes.collect(), ended: false };
-                self.seen.jobs += 1;
-                let twice = self.jobs.insert((task, job), new).is_some();
-                if twice { Err("a second time".to_owned()) } else { Ok(()) }
+            EventKind::Released => self.released(name),
+            EventKind::Refused => {
+                self.counts[Count::Refused] += 1;
+                self.books.refused(name)
+            }
+            EventKind::Started if std::mem::take(&mut self.planted) => {
+                self.started(event).and_then(|()| self.started(event))
             }
             EventKind::Started => self.started(event),
             EventKind::Completed => self.completed(event),
             EventKind::Hit => {
-                self.seen.hits += 1;
-                let ready = self.expect_predecessors((task, job), event.node.index());
-                self.set((task, job), event.node.index(), Node::Done);
+                self.counts[Count::Hits] += 1;
+                let ready = self.expect_predecessors(name, event.node.index());
+                self.set(name, event.node.index(), Node::Done);
                 ready
             }
-            EventKind::Ended => self.close((task, job), true),
+            EventKind::Ended => self.close(event),
             EventKind::Shed(_) => {
-                self.seen.given_up += 1;
-                self.close((task, job), false)
+                self.counts[Count::GivenUp] += 1;
+                self.close(event)
             }
             EventKind::Edited => {
-                self.versions[task] += 1;
-                self.seen.edits += 1;
-                Ok(())
+                self.versions[name.0] += 1;
+                self.counts[Count::EditsMade] += 1;
+                let known = self.versions[name.0] < self.graphs[name.0].len();
+                if known { Ok(()) } else { Err("once more than there are edits".to_owned()) }
             }
             EventKind::Evicted | EventKind::Preempted => Err("nobody asked for that".to_owned()),
             _ => Ok(()),
         };
         if let Err(why) = found {
-            self.blame(format!("{:?} of task {task} job {job} {:?}: {why}", event.kind, event.node));
+            self.blame(format!("{:?} of task {} job {} {:?}: {why}", event.kind, name.0, name.1, event.node));
         }
     }
 }

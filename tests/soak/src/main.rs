@@ -1,140 +1,124 @@
 //! `cargo xtask soak`: random workloads, edits and faults on real threads, every event judged while it happens, every
 //! run recorded and replayed, memory watched.
 
+mod allocator;
+mod bodies;
+mod counts;
+mod death;
 mod episode;
 mod judge;
+mod memory;
+mod replayed;
+mod rights;
+mod soak;
+mod text;
+mod workload;
 
-use episode::{Done, episode};
+use episode::{Conditions, Plant};
+use soak::{Failure, Wish, soak};
 use std::env;
-use std::fs;
 use std::process::ExitCode;
-use std::time::{Duration, Instant};
+use std::time::Duration;
+
+#[global_allocator]
+static ALLOCATOR: allocator::LiveBytes = allocator::LiveBytes;
 
 const HELP: &str = "\
-usage: cargo xtask soak [--minutes N | --seconds N] [--seed N]
+usage: cargo xtask soak [--minutes N | --seconds N | --workloads N] [--seed N] [--best-effort]
+                        [--length-ms N] [--apart] [--plant FAULT]
 
-Random workloads, edits and faults on real threads. Every event is held against the workload's graphs while it
-happens; every run is recorded, and replayed without a difference; the memory of the process stays flat. Real time
-where the machine grants it, in about a third of the episodes.
+Random workloads on real threads, 3 of 8 in real time. Their graphs are edited, tasks are removed, releases come in
+bursts; bodies fail, panic and hang; one workload of 4 has a process of its own, in which lane threads die and which is
+halted for a while. Every event is held against the workload's graphs while it happens; every run is recorded, and
+replayed without a difference; the heap stays flat. A soak of 12 workloads or more in which something of that never
+happened is not clean.
+
+  --minutes N, --seconds N  how long; 1 minute unless told
+  --workloads N             so many at most
+  --seed N                  of the first workload, each has one more; 1 unless told
+  --best-effort             go on without real-time rights
+  --length-ms N             releases of a workload come for so long; 1500 unless told
+  --apart                   threads die and the process is halted in every workload, in this process
+  --plant FAULT             something wrong that has to be found: leak, start, replay, edits
 
 example: cargo xtask soak --minutes 60
 
-Exit status: 0 nothing was wrong, 1 something was (its seed is told, its log kept), 2 wrong arguments.";
-
-/// Episodes before the memory counts as grown in.
-const WARM_UP: u64 = 8;
-/// What the memory may grow by afterwards: what allocators keep for later.
-const FLAT_KIB: u64 = 16 * 1024;
-
-struct Arguments {
-    time: Duration,
-    seed: u64,
-}
+Exit status: 0 nothing was wrong, 1 something was (its seed is told, its log kept for `redrt replay`), 2 wrong arguments,
+3 this machine does not grant real time. Ctrl-C ends it with its summary.";
 
 fn main() -> ExitCode {
     let words: Vec<String> = env::args().skip(1).collect();
-    match arguments(&words) {
-        Ok(Some(arguments)) => soak(&arguments),
+    let wish = match wish(&words) {
+        Ok(Some(wish)) => wish,
         Ok(None) => {
             println!("{HELP}");
-            ExitCode::SUCCESS
+            return ExitCode::SUCCESS;
         }
         Err(reason) => {
             eprintln!("soak: {reason}\n\n{HELP}");
-            ExitCode::from(2)
+            return ExitCode::from(2);
+        }
+    };
+    match soak(&wish) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(Failure::Wrong(wrong)) => {
+            println!("soak: VIOLATION: {wrong}");
+            ExitCode::FAILURE
+        }
+        Err(Failure::Machine(why)) => {
+            let why = rights::told(&why);
+            eprintln!("error: {why}; `--best-effort` runs without real time, labelled so");
+            ExitCode::from(3)
         }
     }
 }
 
-fn arguments(words: &[String]) -> Result<Option<Arguments>, String> {
-    let mut found = Arguments { time: Duration::from_secs(60), seed: 1 };
+/// `None`: help.
+fn wish(words: &[String]) -> Result<Option<Wish>, String> {
+    let to = Conditions { length: Duration::from_millis(1_500), apart: false, plant: None };
+    let mut wish = Wish { time: Duration::from_secs(60), workloads: None, seed: 1, best_effort: false, to };
     let mut words = words.iter().map(String::as_str);
     while let Some(word) = words.next() {
-        if matches!(word, "--help" | "-h") {
-            return Ok(None);
-        }
-        let value = words.next().and_then(|value| value.parse::<u64>().ok());
-        let value = value.ok_or_else(|| format!("{word}: expected a whole number after it"))?;
+        let mut number = || {
+            let value = words.next().and_then(|value| value.parse::<u64>().ok());
+            value.ok_or_else(|| format!("{word}: expected a whole number after it"))
+        };
         match word {
-            "--minutes" => found.time = Duration::from_secs(value.saturating_mul(60)),
-            "--seconds" => found.time = Duration::from_secs(value),
-            "--seed" => found.seed = value,
+            "--help" | "-h" => return Ok(None),
+            "--minutes" => wish.time = Duration::from_secs(number()?.saturating_mul(60)),
+            "--seconds" => wish.time = Duration::from_secs(number()?),
+            "--workloads" => {
+                wish.workloads = Some(number()?);
+                wish.time = Duration::MAX;
+            }
+            "--seed" => wish.seed = number()?,
+            "--best-effort" => wish.best_effort = true,
+            "--length-ms" => wish.to.length = Duration::from_millis(number()?.max(10)),
+            "--apart" => wish.to.apart = true,
+            "--plant" => {
+                let plant = words.next().and_then(Plant::named);
+                wish.to.plant = Some(plant.ok_or("--plant: expected leak, start, replay or edits")?);
+            }
             _ => return Err(format!("unknown option {word}")),
         }
     }
-    Ok(Some(found))
+    Ok(Some(wish))
 }
 
-fn soak(arguments: &Arguments) -> ExitCode {
-    let begin = Instant::now();
-    let log = env::temp_dir().join(format!("red-soak-{}.redlog", std::process::id()));
-    let (mut total, mut realtime) = (Done::default(), 0);
-    let (mut warm, mut most) = (0, 0);
-    let mut episodes = 0;
-    while begin.elapsed() < arguments.time && !total.stopped {
-        let seed = arguments.seed + episodes;
-        let done = match episode(seed, &log) {
-            Ok(done) => done,
-            Err(wrong) => {
-                println!("\nsoak: seed {seed}: {wrong}\nits log: {}", log.display());
-                return ExitCode::FAILURE;
-            }
-        };
-        episodes += 1;
-        add(&mut total, &done);
-        realtime += u64::from(done.realtime);
-        let resident = resident_kib();
-        if episodes == WARM_UP {
-            warm = resident;
-        }
-        most = most.max(resident);
-        if episodes > WARM_UP && resident > warm + FLAT_KIB {
-            println!("\nsoak: seed {seed}: memory has grown from {warm} to {resident} KiB");
-            return ExitCode::FAILURE;
-        }
-        if episodes.is_multiple_of(10) {
-            println!("{}", line(begin, episodes, realtime, &total, resident));
+impl Plant {
+    const ALL: [Self; 4] = [Self::Leak, Self::Start, Self::Replay, Self::Edits];
+
+    /// As an argument has it.
+    const fn name(self) -> &'static str {
+        match self {
+            Self::Leak => "leak",
+            Self::Start => "start",
+            Self::Replay => "replay",
+            Self::Edits => "edits",
         }
     }
-    let _gone = fs::remove_file(&log);
-    let word = if total.stopped { "stopped" } else { "clean" };
-    println!("{}", line(begin, episodes, realtime, &total, most));
-    println!("soak: {word}: no violation, every log replayed without a difference, memory flat");
-    ExitCode::SUCCESS
-}
 
-fn add(total: &mut Done, done: &Done) {
-    total.seen.jobs += done.seen.jobs;
-    total.seen.given_up += done.seen.given_up;
-    total.seen.sub_jobs += done.seen.sub_jobs;
-    total.seen.hits += done.seen.hits;
-    total.seen.edits += done.seen.edits;
-    total.units += done.units;
-    total.faults += done.faults;
-    total.inputs += done.inputs;
-    total.stopped |= done.stopped;
-}
-
-fn line(begin: Instant, episodes: u64, realtime: u64, total: &Done, resident_kib: u64) -> String {
-    let seen = &total.seen;
-    format!(
-        "{:>5} s  {episodes} workloads ({realtime} in real time), {} jobs ({} given up), {} sub-jobs, {} hits, {} edits, \
-         {} faults of bodies, {} inputs replayed, {} MiB",
-        begin.elapsed().as_secs(),
-        seen.jobs,
-        seen.given_up,
-        seen.sub_jobs,
-        seen.hits,
-        seen.edits,
-        total.faults,
-        total.inputs,
-        resident_kib / 1024
-    )
-}
-
-/// Memory of this process that is in use, in KiB.
-fn resident_kib() -> u64 {
-    let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
-    line.and_then(|line| line.split_whitespace().next()?.parse().ok()).unwrap_or(0)
+    fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|plant| plant.name() == name)
+    }
 }
