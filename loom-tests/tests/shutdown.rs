@@ -1,7 +1,8 @@
 //! *Claim.* After a stop every lane leaves, whether it sleeps, runs a body, is about to sleep or was just handed a unit,
-//! also where a request comes at the last moment, and where the stop is asked for twice.
+//! also where a request comes at the last moment, and where the stop is asked for twice. A request that was accepted is
+//! in the mailbox when the run has ended.
 //!
-//! *Threads.* One lane and who stops it; then two lanes.
+//! *Threads.* One lane and who stops it; then two lanes; a producer and who ends the run.
 //! *Bound.* None for two, but four preemptions where a request comes; few for three.
 //! *Sources.* `rt-linux/src/waiting.rs`
 #![cfg(loom)]
@@ -146,4 +147,37 @@ fn two_lanes_leave_though_a_request_came() {
 #[should_panic(expected = "deadlock")]
 fn a_stop_that_is_told_to_one_lane_is_caught() {
     explore(3, || ends(Scene { is_told_to_one: true, ..TWO }));
+}
+
+/// A producer asks whether the run goes on, with its place in the mailbox in hand or before. Who ends the run waits for
+/// the place and then looks into the mailbox for the last time.
+fn accepts_what_is_taken(has_place: bool) {
+    let host = Arc::new((Waiting::new(1, 0), Mailbox::<u32, 2>::new()));
+    let producer = {
+        let host = host.clone();
+        thread::spawn(move || {
+            let (waiting, mailbox) = &*host;
+            let early = !has_place && waiting.is_stopping();
+            let Some(post) = mailbox.claim() else { return false };
+            !early && !(has_place && waiting.is_stopping()) && post.push(1).is_ok()
+        })
+    };
+    let (waiting, mailbox) = &*host;
+    waiting.stop();
+    while mailbox.claim().is_none() {
+        thread::yield_now();
+    }
+    let taken = mailbox.pop().is_some();
+    assert_eq!(producer.join().unwrap(), taken, "accepted and lost");
+}
+
+#[test]
+fn a_request_that_was_accepted_is_taken_at_the_end() {
+    explore(2, || accepts_what_is_taken(true));
+}
+
+#[test]
+#[should_panic(expected = "accepted and lost")]
+fn a_producer_that_asks_without_its_place_is_caught() {
+    explore(2, || accepts_what_is_taken(false));
 }

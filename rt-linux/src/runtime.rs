@@ -109,11 +109,12 @@ pub trait Control: Send + Sync {
 
 impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>> + Send + Sync> Control for Shared<C, H, L> {
     fn release(&self, producer: usize, task: TaskId) -> bool {
+        let Some(post) = self.scheduler.producer(producer) else { return false };
+        // Asked with the place in hand, so that the end of the run can wait for it.
         let now = self.waiting.now();
         if now >= self.until_ns || self.waiting.is_stopping() {
             return false;
         }
-        let Some(post) = self.scheduler.producer(producer) else { return false };
         let request = Request { task, at: Instant::from_nanos(now), capture: None };
         let posted = post.push(request).is_ok();
         self.waiting.knock();
@@ -217,6 +218,7 @@ where
         total.add(figures);
     }
     drop(watchdog);
+    shared.wait_for_posts();
     let host = shared.scheduler.with(|scheduler, requests| {
         shared.host.with(|held| {
             let (mut host, mut tape) = (held.host.take()?, held.tape.take());

@@ -10,10 +10,15 @@ use red_core::{Capacity, Instant, LaneId, ReleaseError, Scheduler};
 use red_record::{Recorded, Tape};
 use red_sync::{Exclusive, Requests, SharedScheduler, TicketLock};
 use std::sync::Arc;
+use std::thread;
+use std::time::Duration;
 
 /// Producers outside of the lanes, and requests that each may have under way.
 const PRODUCERS: usize = 8;
 pub(crate) const DEPTH: usize = 64;
+/// Looks for a request that is being posted when the run ends; a thread that was killed meanwhile never ends that.
+const POST_LOOKS: u32 = 100;
+const POST_LOOK: Duration = Duration::from_millis(1);
 
 /// What goes with the scheduler.
 pub(crate) struct Held<H> {
@@ -55,6 +60,18 @@ impl<C: Capacity, H, L: Exclusive<Scheduler<C>>> Shared<C, H, L> {
                 // Its body may have come back at this very moment; then there is nothing to fail.
                 let _failed = scheduler.fail(seat.running(), now);
                 scheduler.retire_lane(LaneId::new(i as u8));
+            }
+        }
+    }
+
+    /// To be called once no request is accepted any more: waits for those that were when they were about to be posted.
+    pub(crate) fn wait_for_posts(&self) {
+        for producer in 0..PRODUCERS {
+            for _ in 0..POST_LOOKS {
+                if self.scheduler.producer(producer).is_some() {
+                    break;
+                }
+                thread::sleep(POST_LOOK);
             }
         }
     }

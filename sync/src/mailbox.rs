@@ -53,7 +53,7 @@ impl<T, const N: usize> Mailbox<T, N> {
     pub fn claim(&self) -> Option<Post<'_, T, N>> {
         // Acquire: pairs with the Release in `Post::drop`, so that the next producer sees the last one's head.
         let won = self.claimed.compare_exchange(0, 1, Ordering::Acquire, Ordering::Relaxed);
-        won.is_ok().then_some(Post(self))
+        won.is_ok().then(|| Post(self))
     }
 
     /// Takes the oldest letter. One reader at a time; a second one gets `None`.

@@ -28,3 +28,14 @@ fn nothing_is_lost_and_nothing_comes_twice() {
     });
     assert_eq!(mailbox.pop(), None);
 }
+
+#[test]
+fn the_right_to_post_stays_with_who_has_it() {
+    let mailbox = Mailbox::<u32, 4>::new();
+    let post = mailbox.claim().expect("nobody has it");
+    for _ in 0..2 {
+        assert!(mailbox.claim().is_none(), "a claim that failed took the right away");
+    }
+    drop(post);
+    assert!(mailbox.claim().is_some());
+}

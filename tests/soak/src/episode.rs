@@ -161,9 +161,8 @@ fn wrong_figures(report: &RunReport, tried: &Tried) -> Option<String> {
         Some(format!("{} units, {ran} bodies", report.counters.units))
     } else if all_told && failed + panicked != report.failed {
         Some(format!("{failed} bodies failed and {panicked} panicked, told are {}", report.failed))
-    } else if report.threads_died > died + report.hung {
-        // A thread that comes back late ends by itself, and may be found before it is replaced.
-        Some(format!("{died} threads died and {} hung, told are {}", report.hung, report.threads_died))
+    } else if report.threads_died > died {
+        Some(format!("{died} threads died, told are {}", report.threads_died))
     } else {
         None
     }
