@@ -86,8 +86,9 @@ impl Slot {
     }
 
     /// The body returned. To be called on the adopted thread, also before that thread ends.
+    #[expect(clippy::needless_pass_by_value, reason = "what was armed is disarmed once")]
     pub fn disarm(&self, armed: Armed) -> Bound {
-        let Armed(own) = armed;
+        let own = armed.0;
         loop {
             // Acquire: partner of the Release in `expire`, after which the policy is no longer touched.
             match self.deadline_ns.compare_exchange(own, FREE, Ordering::Relaxed, Ordering::Acquire) {
