@@ -1,9 +1,11 @@
 //! Lanes under stress, best effort, for who watches from outside: a clock that releases, two threads that release
-//! besides, edits all the while, some runs that are stopped in the middle, and again.
+//! besides, edits all the while, some runs that are stopped in the middle, and again. Every other run is recorded, by the
+//! thread that writes logs.
 //!
 //! `RED_STRESS_ROUNDS=400` runs more often than the default.
 
 use std::env;
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread;
@@ -13,7 +15,7 @@ use red_core::{
     Bytes, Caps, CommitError, Config, Dag, Duration, Event, Frame, Instant, Node, NodeId, Outcome, PoolId,
     Scheduler, TaskId, Timing, Wcet,
 };
-use red_record::Recorded;
+use red_record::{Header, Recorded, Writer};
 use red_rt::handler::{Failed, Handler, Work};
 use red_rt::runtime::{Control, Mode, Setup, run};
 use red_rt::timeline::{Host, Releases};
@@ -116,14 +118,32 @@ fn graph() -> Dag<Small> {
     dag
 }
 
-/// One run; how many bodies ran, jobs ended and edits were made.
-fn round(stops: bool) -> (u64, u64, u64) {
+fn header() -> Header {
+    Header {
+        program: "stress".to_owned(),
+        capacities: Header::capacities_of::<Small>(),
+        policy: "redrt".to_owned(),
+        duration_ns: DURATION_NS,
+        realtime: false,
+        file: "none".to_owned(),
+        format: "toml".to_owned(),
+        workload: String::new(),
+    }
+}
+
+/// One run; how many bodies ran, jobs ended, edits were made and inputs were recorded.
+fn round(stops: bool, is_recorded: bool) -> [u64; 4] {
     let mut scheduler = Box::new(Scheduler::<Small>::new(Config::REDRT.with_memory(Bytes(16))));
     scheduler.add_pool(1, None).expect("room for two pools");
     let timing = Timing::new(Duration::from_secs(5));
     let [by_clock, from_outside] = [0; 2].map(|_| scheduler.add_task(&graph(), timing).expect("room"));
     let seen = Arc::new(Seen::default());
     let bodies = seen.clone();
+    let (writer, tape) = is_recorded
+        .then(|| Writer::start(&Path::new(env!("CARGO_TARGET_TMPDIR")).join("stress.redlog"), &header()))
+        .transpose()
+        .expect("the folder for tests takes files")
+        .unzip();
     let setup = Setup {
         scheduler,
         lanes: LANES,
@@ -131,7 +151,7 @@ fn round(stops: bool) -> (u64, u64, u64) {
         releases: vec![Releases { task: by_clock, first_ns: 0, period_ns: Some(2_000_000) }],
         duration_ns: DURATION_NS,
         drain_ns: DRAIN_NS,
-        tape: None,
+        tape,
         handlers: Arc::new(move |lane| -> Box<dyn Handler> { Box::new(Body { seen: bodies.clone(), lane }) }),
         enclose: Arc::new(|main: Box<dyn FnOnce() + Send>| main()),
     };
@@ -160,7 +180,9 @@ fn round(stops: bool) -> (u64, u64, u64) {
     outside.into_iter().for_each(|thread| thread.join().expect("it only releases"));
     assert_eq!((report.hung, report.lanes_lost, report.events_dropped), (0, 0, 0), "{:?}", report.panics);
     assert!(report.panics.is_empty(), "{:?}", report.panics);
-    (seen.ran.load(Ordering::Relaxed), host.ended, host.edits)
+    let (log, failed) = writer.map(Writer::finish).unwrap_or_default();
+    assert!(failed.is_none() && log.dropped == 0, "{log:?}, {failed:?}");
+    [seen.ran.load(Ordering::Relaxed), host.ended, host.edits, log.entries]
 }
 
 #[test]
@@ -168,11 +190,12 @@ fn releases_edits_failures_and_stops_leave_lanes_whole() {
     let rounds = env::var("RED_STRESS_ROUNDS").ok();
     let rounds =
         rounds.map_or(ROUNDS, |asked| asked.parse().expect("RED_STRESS_ROUNDS is a number of rounds"));
-    let (mut ran, mut ended, mut edits) = (0, 0, 0);
+    let mut all = [0; 4];
     for number in 0..rounds {
-        let (bodies, jobs, changes) = round(number % 4 == 3);
-        (ran, ended, edits) = (ran + bodies, ended + jobs, edits + changes);
+        let seen = round(number % 3 == 2, number % 2 == 0);
+        all.iter_mut().zip(seen).for_each(|(sum, more)| *sum += more);
     }
-    println!("{rounds} rounds: {ran} bodies, {ended} jobs ended, {edits} edits");
-    assert!(ran > 0 && ended > 0 && edits > 0);
+    let [ran, ended, edits, inputs] = all;
+    println!("{rounds} rounds: {ran} bodies, {ended} jobs ended, {edits} edits, {inputs} inputs recorded");
+    assert!(!all.contains(&0));
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::process::{Failure, Run};
-use crate::tools::debian;
+use crate::tools;
 use crate::workspace::Workspace;
 
 /// The microcontroller that firmware here is for.
@@ -46,9 +46,7 @@ const AARCH64_LIBRARIES: &str = "/usr/aarch64-linux-gnu";
 /// # Errors
 /// It is missing and cannot be installed.
 pub(crate) fn tool(workspace: &Workspace, program: &'static str, packages: &[&str]) -> Result<Run, Failure> {
-    if workspace.command(program).args(&["--version"]).output().is_err() {
-        debian(workspace, program, packages)?;
-    }
+    tools::present(workspace, program, packages)?;
     Ok(workspace.command("timeout").args(&["--foreground", PATIENCE, program]))
 }
 

@@ -55,8 +55,13 @@ pub(crate) fn run(workspace: &Workspace) -> Result<Tally, Failure> {
     let _told_by_the_row = workspace.command("rustup").args(&["target", "add"]).args(&TARGETS).stream();
     let mut log = Log::default();
     let test = ["test", "--package", "redrt", "--test", "fault_table", "--", "--test-threads=1"];
-    workspace.cargo(&test).observe(|line| log.read(line))?;
+    let cargo = workspace.cargo(&test);
+    let command = cargo.line();
+    let status = cargo.observe(|line| log.read(line))?;
     let verdicts = log.verdicts();
+    if log.is_cut_short(status.success()) {
+        return Err(Failure::Status { command, status, tally: Tally::default() });
+    }
     connected(&rows, &verdicts).map_err(Failure::Wrong)?;
     let mut tally = Tally::default();
     for row in &rows {
@@ -170,6 +175,11 @@ impl Log {
                 self.why.entry(of.clone()).or_insert_with(|| line.to_owned());
             }
         }
+    }
+
+    /// Whether cargo failed for another reason than a test that failed: nothing was built, or it died on its way.
+    fn is_cut_short(&self, succeeded: bool) -> bool {
+        !succeeded && self.passed.values().all(|passed| *passed)
     }
 
     fn verdicts(&self) -> BTreeMap<String, Verdict> {

@@ -6,9 +6,10 @@
 //! in `fuzz/artifacts`.
 
 use std::fs;
+use std::time::{Duration, Instant};
 
 use crate::depth::Depth;
-use crate::nightly::{HOST, Nightly, Said, hear};
+use crate::nightly::{HOST, Nightly, Said, hear_with};
 use crate::process::Failure;
 use crate::report::Tally;
 use crate::tools;
@@ -45,6 +46,9 @@ const TARGETS: &[Target] = &[
 /// A run with fewer executions has shown nothing.
 const FEWEST: u64 = 100;
 
+/// Between two signs of life.
+const PROGRESS: Duration = Duration::from_secs(30);
+
 /// Executions of each target if nobody says how many.
 const EXECUTIONS: u64 = 1_000_000;
 
@@ -63,7 +67,9 @@ impl Wish<'_> {
         while let Some(word) = words.next() {
             if *word == "--executions" {
                 let number = words.next().and_then(|number| number.parse().ok());
-                wish.executions = number.ok_or("--executions takes a number")?;
+                let number = number.filter(|number| *number >= FEWEST);
+                wish.executions =
+                    number.ok_or_else(|| format!("--executions takes a number of at least {FEWEST}"))?;
             } else {
                 let known = TARGETS.iter().find(|target| target.name == *word);
                 let names = || TARGETS.iter().map(|target| target.name).collect::<Vec<_>>().join(", ");
@@ -114,6 +120,8 @@ struct Fuzzer<'a> {
 impl<'a> Fuzzer<'a> {
     fn new(workspace: &'a Workspace) -> Result<Self, Failure> {
         let nightly = Nightly::with(workspace, &["rust-src"])?;
+        // libFuzzer is built with each target.
+        tools::present(workspace, "c++", &["g++"])?;
         tools::built(workspace, "cargo-fuzz", CARGO_FUZZ, &["--version"])?;
         Ok(Self { workspace, nightly })
     }
@@ -125,7 +133,8 @@ impl<'a> Fuzzer<'a> {
             |name: &str| text.lines().find_map(|line| line.strip_prefix(name)).map_or("?", str::trim);
         let executions = number("stat::number_of_executed_units:");
         if executions.parse::<u64>().map_or(true, |executions| executions < FEWEST) {
-            return Err(Failure::Wrong(format!("{}: {executions} executions are too few", target.name)));
+            let (name, wanted) = (target.name, format!("at least {FEWEST} are wanted"));
+            return Err(Failure::Wrong(format!("{name}: {executions} executions show nothing; {wanted}")));
         }
         let last = text.lines().rfind(|line| line.starts_with('#') && line.contains(" cov: ")).unwrap_or("");
         let after = |word: &str| last.split_whitespace().skip_while(|w| *w != word).nth(1).unwrap_or("?");
@@ -160,10 +169,24 @@ impl<'a> Fuzzer<'a> {
         let run = run.args(target.options);
         // A planted bug leaves nothing in the sources' folder.
         let found = (!features.is_empty()).then(|| format!("-artifact_prefix={}/", kept.display()));
-        hear(run.args(found.as_slice()).args(bounds))
+        hear_with(run.args(found.as_slice()).args(bounds), signs_of_life())
+    }
+}
+
+/// Shows a line of libFuzzer's progress now and then.
+fn signs_of_life() -> impl FnMut(&str) {
+    let mut told = Instant::now();
+    move |line| {
+        if line.starts_with('#') && told.elapsed() >= PROGRESS {
+            println!("{line}");
+            told = Instant::now();
+        }
     }
 }
 
 fn file(path: &std::path::Path, reason: std::io::Error) -> Failure {
     Failure::File { path: path.display().to_string(), reason }
 }
+
+#[cfg(test)]
+mod tests;

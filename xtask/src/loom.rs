@@ -23,12 +23,14 @@ pub(crate) struct Models<'a> {
     pub(crate) root: &'a std::path::Path,
     /// Three preemptions instead of two.
     pub(crate) deep: bool,
+    /// After so long a model is not explored; `None`: as `loom-tests` has it.
+    pub(crate) seconds: Option<u32>,
 }
 
 /// A test of a model: one that explores, or one with a planted fault, which the checker has to catch.
 #[derive(Clone, Debug)]
 pub(crate) struct Model {
-    binary: String,
+    pub(crate) binary: String,
     pub(crate) family: String,
     pub(crate) name: String,
 }
@@ -52,7 +54,7 @@ pub(crate) enum Verdict {
 /// A row of the table.
 #[derive(Debug)]
 pub(crate) struct Row {
-    pub(crate) name: String,
+    pub(crate) model: Model,
     pub(crate) verdict: Verdict,
     /// Threads, bound, executions, seconds, and how it ended, in the model's words.
     words: Vec<String>,
@@ -76,7 +78,20 @@ impl Row {
             None if succeeded && ran && model.is_planted() => Verdict::Caught,
             _ => Verdict::Failed,
         };
-        Self { name: format!("{}: {}", model.family, model.name), verdict, words, output }
+        Self { model: model.clone(), verdict, words, output }
+    }
+
+    pub(crate) fn name(&self) -> String {
+        format!("{}: {}", self.model.family, self.model.name)
+    }
+
+    fn seconds(&self) -> &str {
+        self.words.get(3).map_or("", |word| word.trim_end_matches(" s"))
+    }
+
+    /// Tenths of a second that it took.
+    pub(crate) fn tenths(&self) -> u64 {
+        self.seconds().replace('.', "").parse().unwrap_or(0)
     }
 
     fn executions(&self) -> u64 {
@@ -87,7 +102,7 @@ impl Row {
         let word = |i: usize| self.words.get(i).map_or("", |word| word.split(' ').next_back().unwrap_or(""));
         let (threads, bound) =
             (self.words.first().map_or("", |w| w.split(' ').next().unwrap_or("")), word(1));
-        let seconds = self.words.get(3).map_or("", |w| w.trim_end_matches(" s"));
+        let seconds = self.seconds();
         let verdict = match self.verdict {
             Verdict::Explored => EXPLORED.to_owned(),
             Verdict::Caught => "caught".to_owned(),
@@ -95,14 +110,14 @@ impl Row {
             Verdict::Failed => "FAILED".to_owned(),
         };
         let executions = Some(self.executions()).filter(|n| *n > 0).map_or(String::new(), |n| n.to_string());
-        format!("{:<66} {threads:>7} {bound:>5} {executions:>10} {seconds:>7}  {verdict}", self.name)
+        format!("{:<66} {threads:>7} {bound:>5} {executions:>10} {seconds:>7}  {verdict}", self.name())
     }
 }
 
 /// The step of `cargo xtask test`: lints of what the checker builds, and all models.
 pub(crate) fn step(workspace: &Workspace, depth: Depth) -> Result<Tally, Failure> {
     let lints = ["clippy", "--package", "red-loom-tests", "--all-targets", "--profile", "loom", "--"];
-    let models = Models { workspace, root: &workspace.root, deep: depth == Depth::Deep };
+    let models = Models { workspace, root: &workspace.root, deep: depth == Depth::Deep, seconds: None };
     models.cargo(&lints).args(&["--deny", "warnings"]).stream()?;
     let rows = models.run(&models.build(&[])?);
     let explored: u64 = tell(&rows);
@@ -115,7 +130,7 @@ pub(crate) fn step(workspace: &Workspace, depth: Depth) -> Result<Tally, Failure
 
 /// `cargo xtask loom [--deep] [MODEL]...`
 pub(crate) fn run(workspace: &Workspace, deep: bool, names: &[&str]) -> Result<ExitCode, Failure> {
-    let models = Models { workspace, root: &workspace.root, deep };
+    let models = Models { workspace, root: &workspace.root, deep, seconds: None };
     let chosen: Vec<Model> = models
         .build(&[])?
         .into_iter()
@@ -194,6 +209,7 @@ impl Models<'_> {
     pub(crate) fn run_one(&self, model: &Model) -> Row {
         let run = self.workspace.command(&model.binary).args(&["--exact", &model.name, "--nocapture"]);
         let run = if self.deep { run.env("RED_LOOM_PREEMPTIONS", "3") } else { run };
+        let run = self.seconds.iter().fold(run, |run, limit| run.env("RED_LOOM_SECONDS", limit.to_string()));
         match run.all_text() {
             Ok((output, succeeded)) => Row::read(model, output, succeeded),
             Err(failure) => Row::read(model, failure.to_string(), false),
@@ -210,7 +226,7 @@ fn tell(rows: &[Row]) -> u64 {
     rows.iter().for_each(|row| println!("{}", row.line()));
     for row in rows.iter().filter(|row| row.verdict == Verdict::Failed) {
         let why: Vec<&str> = row.output.lines().filter(|line| !line.starts_with("   ")).collect();
-        println!("\n{}\n{}", row.name, why.join("\n"));
+        println!("\n{}\n{}", row.name(), why.join("\n"));
     }
     let executions = rows.iter().filter(|row| row.verdict == Verdict::Explored).map(Row::executions).sum();
     let count = |verdict| rows.iter().filter(|row| row.verdict == verdict).count();

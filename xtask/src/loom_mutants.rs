@@ -1,11 +1,13 @@
 //! Weakens every memory ordering of the modelled files once, each of which a model has to catch: what is not caught is
 //! too strong, or not modelled.
 
+use std::collections::BTreeMap;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::ExitCode;
 
-use crate::loom::{Models, Verdict};
+use crate::copy;
+use crate::loom::{Model, Models, Row, Verdict};
 use crate::process::Failure;
 use crate::workspace::{Workspace, entries};
 
@@ -17,6 +19,8 @@ const HEAD: &str = "//! *Sources.*";
 /// What marks an ordering that matters only where a load takes effect after a later store, which the checker does not
 /// try: in the comment above it.
 const BEYOND: &str = "load buffering";
+/// For a model, in seconds: how busy the machine is must not decide.
+const PATIENCE: u32 = 1_200;
 
 /// One ordering, and a weaker one.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -55,15 +59,25 @@ pub(crate) fn run(workspace: &Workspace, files: &[&str]) -> Result<ExitCode, Fai
     if mutants.is_empty() {
         return Err(Failure::Wrong(format!("no modelled file of that name: {}", files.join(" "))));
     }
-    let copy = copy(workspace)?;
-    let models = Models { workspace, root: &copy, deep: false };
+    let tree = copy::of(workspace, "loom-mutants")?;
+    let models = Models { workspace, root: &tree, deep: false, seconds: Some(PATIENCE) };
+    let belong = |mutant: &Mutant| -> Vec<String> {
+        families.iter().filter(|(of, _)| *of == mutant.file).map(|(_, family)| family.clone()).collect()
+    };
+    let mut wanted: Vec<String> = mutants.iter().flat_map(belong).collect();
+    wanted.sort();
+    wanted.dedup();
+    println!("{} weakenings; first the models where nothing is weakened", mutants.len());
+    let costs = costs(&models.run(&without_planted(models.build(&wanted)?)))?;
     let (mut caught, mut beyond) = (0, 0);
     for (number, mutant) in mutants.iter().enumerate() {
-        let mut belongs: Vec<String> =
-            families.iter().filter(|(of, _)| *of == mutant.file).map(|(_, family)| family.clone()).collect();
-        // The file's own models first: they are the small ones.
-        belongs.sort_by_key(|family| !mutant.file.ends_with(&format!("/{family}.rs")));
-        let verdict = try_one(&models, mutant, &belongs)?;
+        let mut belongs = belong(mutant);
+        // The file's own models first, as they are made for it; then the cheapest.
+        belongs.sort_by_key(|family| {
+            let of_family = costs.iter().filter(|((of, _), _)| of == family).map(|(_, tenths)| *tenths);
+            (!mutant.file.ends_with(&format!("/{family}.rs")), of_family.sum::<u64>())
+        });
+        let verdict = try_one(&models, mutant, &belongs, &costs)?;
         match &verdict {
             Some(_) => caught += 1,
             None if mutant.is_beyond => beyond += 1,
@@ -85,20 +99,45 @@ pub(crate) fn run(workspace: &Workspace, files: &[&str]) -> Result<ExitCode, Fai
     Ok(if caught == wanted { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-/// The model that fails with this mutant, if one does.
-fn try_one(models: &Models<'_>, mutant: &Mutant, families: &[String]) -> Result<Option<String>, Failure> {
+/// What each model costs where nothing is weakened, in tenths of a second, by its family and name.
+type Costs = BTreeMap<(String, String), u64>;
+
+/// # Errors
+/// A model does not pass where nothing is weakened: it would catch everything, or nothing.
+fn costs(rows: &[Row]) -> Result<Costs, Failure> {
+    let wrong: Vec<String> =
+        rows.iter().filter(|row| row.verdict != Verdict::Explored).map(Row::name).collect();
+    if rows.is_empty() || !wrong.is_empty() {
+        let list = if rows.is_empty() { "there are none".to_owned() } else { wrong.join(", ") };
+        return Err(Failure::Wrong(format!("models that do not pass where nothing is weakened: {list}")));
+    }
+    Ok(rows.iter().map(|row| ((row.model.family.clone(), row.model.name.clone()), row.tenths())).collect())
+}
+
+/// A model with a planted fault fails by itself.
+fn without_planted(mut models: Vec<Model>) -> Vec<Model> {
+    models.retain(|model| !model.is_planted());
+    models
+}
+
+/// The first model that fails with this mutant, if one does. Of each family the cheapest are tried first, and no family
+/// is built before those ahead of it have let the mutant pass.
+fn try_one(
+    models: &Models<'_>,
+    mutant: &Mutant,
+    families: &[String],
+    costs: &Costs,
+) -> Result<Option<String>, Failure> {
     let (path, original) = (models.root.join(&mutant.file), models.workspace.root.join(&mutant.file));
     let text = read(&original)?;
-    let changed = format!("{}{}{}", &text[..mutant.at.0], mutant.weak, &text[mutant.at.1..]);
-    write(&path, &changed)?;
+    write(&path, &format!("{}{}{}", &text[..mutant.at.0], mutant.weak, &text[mutant.at.1..]))?;
     let mut caught = None;
-    let mut built = models.build(families)?;
-    built.retain(|model| !model.is_planted());
-    built.sort_by_key(|model| families.iter().position(|family| *family == model.family));
-    for model in built {
-        let row = models.run_one(&model);
-        if row.verdict == Verdict::Failed {
-            caught = Some(row.name);
+    for family in families {
+        let mut built = without_planted(models.build(std::slice::from_ref(family))?);
+        built.sort_by_cached_key(|model| costs.get(&(model.family.clone(), model.name.clone())).copied());
+        let fails = |model: &Model| models.run_one(model).verdict == Verdict::Failed;
+        if let Some(model) = built.iter().find(|model| fails(model)) {
+            caught = Some(format!("{}: {}", model.family, model.name));
             break;
         }
     }
@@ -190,34 +229,6 @@ fn sources(workspace: &Workspace) -> Result<Vec<String>, Failure> {
     }
     found.sort();
     Ok(found)
-}
-
-/// A copy of the workspace's packages below the target folder, for changed sources.
-fn copy(workspace: &Workspace) -> Result<PathBuf, Failure> {
-    let copy = workspace.target.join("loom-mutants");
-    for path in entries(&workspace.root)? {
-        let name = path.file_name().unwrap_or_default();
-        let is_package = path.join("Cargo.toml").is_file();
-        let is_file = path.is_file() && (name == "Cargo.toml" || name == "Cargo.lock");
-        if is_package || is_file {
-            copy_all(&path, &copy.join(name))?;
-        }
-    }
-    Ok(copy)
-}
-
-fn copy_all(from: &Path, to: &Path) -> Result<(), Failure> {
-    if from.is_dir() {
-        fs::create_dir_all(to).map_err(|reason| failure(to, reason))?;
-        entries(from)?
-            .iter()
-            .try_for_each(|path| copy_all(path, &to.join(path.file_name().unwrap_or_default())))
-    } else if fs::read(from).ok() == fs::read(to).ok() {
-        // The same: its time stays, so that nothing is built anew for it.
-        Ok(())
-    } else {
-        fs::copy(from, to).map(drop).map_err(|reason| failure(to, reason))
-    }
 }
 
 fn read(path: &Path) -> Result<String, Failure> {

@@ -1,6 +1,7 @@
 //! The tasks of this workspace: `cargo xtask --help`.
 
 mod aarch64;
+mod copy;
 mod cortex_m;
 mod cross;
 mod depth;

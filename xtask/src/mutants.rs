@@ -4,12 +4,14 @@
 use std::collections::hash_map::DefaultHasher;
 use std::fs;
 use std::hash::{Hash, Hasher};
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
 
+use crate::copy;
 use crate::process::{Failure, Run};
 use crate::report::Tally;
 use crate::tools;
-use crate::workspace::Workspace;
+use crate::workspace::{Workspace, entries};
 
 const CARGO_MUTANTS: &str = "27.1.0";
 
@@ -19,11 +21,34 @@ const NEEDED: f64 = 85.0;
 /// Mutants of one part.
 const PART: usize = 40;
 
-/// What is run on each: what catches most in least time, and few cases of it.
-const QUICK: &[&str] = &["--test", "golden", "--test", "properties", "--test", "differential"];
+/// Which tests are run, and how.
+struct Stage {
+    targets: &'static [&'static str],
+    skipped: &'static [&'static str],
+    environment: &'static [(&'static str, &'static str)],
+}
 
-/// What is run on those that are left.
-const ALL: &[&str] = &["--lib", "--tests"];
+/// What catches most in least time: few cases, and no optimization, since most of the time goes into the build. Left
+/// out are tests of the tests' own tools, and those that cost most beside `differential`, which sees the same.
+const QUICK: Stage = Stage {
+    targets: &[
+        "--lib",
+        "--test=golden",
+        "--test=hopeless",
+        "--test=errors",
+        "--test=properties",
+        "--test=differential",
+    ],
+    skipped: &["oracle::", "check::", "rng::", "runs::", "equal_options_"],
+    environment: &[("SEEDS", "2"), ("PROPTEST_CASES", "100"), ("CARGO_PROFILE_TEST_OPT_LEVEL", "0")],
+};
+
+/// What is run on those that are left. How many lines the sources have is no behaviour.
+const ALL: Stage = Stage {
+    targets: &["--lib", "--tests"],
+    skipped: &["no_file_is_longer_than", "the_core_is_not_longer_than"],
+    environment: &[],
+};
 
 /// What is asked of `cargo xtask mutants`.
 pub(crate) struct Wish {
@@ -54,6 +79,8 @@ impl Wish {
 struct Found {
     noticed: usize,
     unviable: usize,
+    /// Which tests did not notice those that were missed.
+    tests: u64,
     /// What was changed, of those that no test noticed.
     missed: Vec<String>,
 }
@@ -62,32 +89,21 @@ struct Found {
 /// Too few are noticed.
 pub(crate) fn run(workspace: &Workspace, wish: &Wish) -> Result<Tally, Failure> {
     tools::built(workspace, "cargo-mutants", CARGO_MUTANTS, &["mutants", "--version"])?;
-    let list = command(workspace, &["--list"]).output()?;
-    let mut names = DefaultHasher::new();
-    list.hash(&mut names);
-    // Lines move with every change of the core, and then nothing that is kept is about it.
-    let folder = workspace.target.join("mutants").join(format!("{:016x}", names.finish()));
-    let (of, parts) = (list.lines().count().div_ceil(PART), wish.sample.div_ceil(PART));
-    // Tests that fail by themselves would notice everything.
-    quick(workspace.cargo(&["test", "--package", "red-core", "--package", "red-tests"]).args(QUICK))
-        .stream()?;
+    let mut bench = Bench::new(workspace)?;
+    let (of, parts) = (bench.count()?.div_ceil(PART), wish.sample.div_ceil(PART));
     let mut all = Found::default();
     for part in 0..parts.min(of) {
         let shard = (wish.seed as usize + part * of / parts.min(of)) % of;
-        let found = judge(workspace, &folder.join(format!("{shard}-of-{of}")), &format!("{shard}/{of}"))?;
-        let Found { noticed, unviable, missed } = &found;
-        println!(
-            "part {} of {parts}: {noticed} noticed, {} not, {unviable} do not compile",
-            part + 1,
-            missed.len()
-        );
+        let Found { noticed, unviable, missed, .. } = bench.judge(shard, of)?;
+        let left = missed.len();
+        println!("part {} of {parts}: {noticed} noticed, {left} not, {unviable} do not compile", part + 1);
         all.noticed += noticed;
         all.unviable += unviable;
-        all.missed.extend(found.missed);
+        all.missed.extend(missed);
     }
     let missed = all.missed.len();
     let bound = 100.0 * lower_bound(all.noticed, all.noticed + missed);
-    println!("\n{}", all.missed.join("\n"));
+    println!("\nnot noticed:\n{}\n", all.missed.join("\n"));
     println!("{} noticed, {missed} not, {} do not compile", all.noticed, all.unviable);
     println!("at least {bound:.1} % are noticed, at 95 % confidence; needed are {NEEDED} %");
     if bound >= NEEDED {
@@ -97,46 +113,137 @@ pub(crate) fn run(workspace: &Workspace, wish: &Wish) -> Result<Tally, Failure> 
     }
 }
 
-fn command(workspace: &Workspace, arguments: &[&str]) -> Run {
-    let program = workspace.target.join("tools/bin/cargo-mutants");
-    workspace.command(&program).args(&["mutants", "--package", "red-core"]).args(arguments)
+/// A copy of the workspace in which mutants are tried.
+struct Bench<'a> {
+    workspace: &'a Workspace,
+    tree: PathBuf,
+    /// Of the core without its tests: what is kept about another is about nothing.
+    core: u64,
+    tests: u64,
+    /// For how long tests may run that end by themselves, in seconds; known once they passed.
+    limits: Option<[u64; 2]>,
 }
 
-/// One part, or what is kept of it.
-fn judge(workspace: &Workspace, folder: &Path, shard: &str) -> Result<Found, Failure> {
-    let kept = folder.join("found.txt");
-    if let Some(found) = Found::read(&read(&kept)) {
-        return Ok(found);
+impl<'a> Bench<'a> {
+    fn new(workspace: &'a Workspace) -> Result<Self, Failure> {
+        let tree = copy::of(workspace, "mutants")?;
+        let is_test = |path: &Path| path.ends_with("tests.rs");
+        let (mut core, mut tests) = (DefaultHasher::new(), DefaultHasher::new());
+        hash_files(&tree.join("core-nostd"), &mut |path, bytes| {
+            (path, bytes).hash(if is_test(path) { &mut tests } else { &mut core });
+        })?;
+        hash_files(&tree.join("tests"), &mut |path, bytes| (path, bytes).hash(&mut tests))?;
+        Ok(Self { workspace, tree, core: core.finish(), tests: tests.finish(), limits: None })
     }
-    if folder.exists() {
-        fs::remove_dir_all(folder).map_err(|reason| file(folder, reason))?;
+
+    fn mutants(&self, arguments: &[&str]) -> Run {
+        let program = self.workspace.target.join("tools/bin/cargo-mutants");
+        let run = self.workspace.command(program).args(&["mutants", "--package", "red-core", "--dir"]);
+        run.args(&[&self.tree]).args(arguments)
     }
-    fs::create_dir_all(folder).map_err(|reason| file(folder, reason))?;
-    let count = |what: &str| read(&folder.join(format!("mutants.out/{what}.txt"))).lines().count();
-    let mutants = |more: &[&str], tests: &[&str]| {
-        let packages = ["--test-package", "red-core,red-tests", "--baseline", "skip", "--timeout", "120"];
-        let part = ["--jobs", "1", "--shard", shard, "--sharding", "round-robin", "--output"];
-        let run =
-            command(workspace, &packages).args(&part).args(&[folder]).args(more).args(&["--"]).args(tests);
-        run.env("CARGO_TARGET_DIR", workspace.target.join("mutants/target"))
-    };
-    ended(quick(mutants(&[], QUICK)))?;
-    let (all, unviable) = (count("caught") + count("missed") + count("timeout"), count("unviable"));
-    if count("missed") + count("timeout") > 0 {
-        ended(mutants(&["--iterate"], ALL))?;
+
+    fn count(&self) -> Result<usize, Failure> {
+        Ok(self.mutants(&["--list"]).output()?.lines().count())
     }
-    // One that never ends is noticed too.
-    let missed: Vec<String> =
-        read(&folder.join("mutants.out/missed.txt")).lines().map(str::to_owned).collect();
-    let found = Found { noticed: all - missed.len(), unviable, missed };
-    fs::write(&kept, found.text()).map_err(|reason| file(&kept, reason))?;
-    Ok(found)
+
+    /// One part, or what is kept of it: what was noticed is not tried again, and the rest only by other tests.
+    fn judge(&mut self, shard: usize, of: usize) -> Result<Found, Failure> {
+        let folder = self.workspace.target.join(format!("mutants/{:016x}/{shard}-of-{of}", self.core));
+        let kept = folder.join("found.txt");
+        let mut found = match Found::read(&read(&kept)) {
+            Some(found) if found.tests == self.tests || found.missed.is_empty() => return Ok(found),
+            Some(found) => found,
+            None => {
+                let part = [format!("--shard={shard}/{of}"), "--sharding=round-robin".to_owned()];
+                self.try_on(&QUICK, &folder, &part)?
+            }
+        };
+        if !found.missed.is_empty() {
+            let these: Vec<String> =
+                found.missed.iter().map(|name| format!("--re=^{}$", literal(name))).collect();
+            let again = self.try_on(&ALL, &folder, &these)?;
+            found.noticed += again.noticed;
+            found.missed = again.missed;
+        }
+        found.tests = self.tests;
+        fs::write(&kept, found.text()).map_err(|reason| file(&kept, reason))?;
+        Ok(found)
+    }
+
+    /// Runs the tests of a stage on the mutants that `which` names.
+    fn try_on(&mut self, stage: &Stage, folder: &Path, which: &[String]) -> Result<Found, Failure> {
+        let [quick, all] = self.limits()?;
+        let limit = if stage.targets == QUICK.targets { quick } else { all };
+        fs::create_dir_all(folder).map_err(|reason| file(folder, reason))?;
+        let how = ["--in-place", "--baseline=skip", "--test-package=red-core,red-tests", "--output"];
+        let run = self.mutants(&how).args(&[folder]).args(&[format!("--timeout={limit}")]).args(which);
+        let targets: Vec<String> =
+            stage.targets.iter().map(|target| format!("--cargo-arg={target}")).collect();
+        ended(stage.prepare(self.workspace, run.args(&targets).args(&["--", "--"])))?;
+        let lines = |what: &str| read(&folder.join(format!("mutants.out/{what}.txt")));
+        let count = |what: &str| lines(what).lines().count();
+        Ok(Found {
+            // One that never ends is noticed too.
+            noticed: count("caught") + count("timeout"),
+            unviable: count("unviable"),
+            tests: self.tests,
+            missed: lines("missed").lines().map(str::to_owned).collect(),
+        })
+    }
+
+    /// The tests have to pass where nothing is changed, or they would notice everything. How long they take tells when
+    /// others never end.
+    fn limits(&mut self) -> Result<[u64; 2], Failure> {
+        if let Some(limits) = self.limits {
+            return Ok(limits);
+        }
+        let mut limits = [0; 2];
+        for (stage, limit) in [QUICK, ALL].iter().zip(&mut limits) {
+            let cargo = |more: &[&str]| {
+                let test = ["test", "--quiet", "--package", "red-core", "--package", "red-tests"];
+                let run = self.workspace.cargo(&test).at(&self.tree).args(stage.targets).args(more);
+                stage.prepare(self.workspace, run)
+            };
+            cargo(&["--no-run", "--"]).stream()?;
+            let begin = Instant::now();
+            cargo(&["--"]).stream()?;
+            *limit = 20 + 5 * begin.elapsed().as_secs();
+        }
+        self.limits = Some(limits);
+        Ok(limits)
+    }
 }
 
-/// Few cases, and no optimization: most of the time goes into what changes, which is the build.
-fn quick(run: Run) -> Run {
-    let run = run.env("SEEDS", "4").env("PROPTEST_CASES", "30");
-    run.env("CARGO_PROFILE_TEST_OPT_LEVEL", "0").env("CARGO_PROFILE_TEST_DEBUG", "0")
+impl Stage {
+    /// Sets what all programs of this stage are given, whose arguments are those of the tests by now.
+    fn prepare(&self, workspace: &Workspace, run: Run) -> Run {
+        let skips: Vec<&str> = self.skipped.iter().flat_map(|name| ["--skip", name]).collect();
+        let run = run.args(&skips).env("CARGO_TARGET_DIR", workspace.target.join("mutants/target"));
+        // Nobody debugs a mutant.
+        let run = run.env("CARGO_PROFILE_DEV_DEBUG", "0").env("CARGO_PROFILE_TEST_DEBUG", "0");
+        self.environment.iter().fold(run, |run, (name, value)| run.env(name, value))
+    }
+}
+
+/// All files below a folder, in their order, by their place in it.
+fn hash_files(folder: &Path, add: &mut dyn FnMut(&Path, &[u8])) -> Result<(), Failure> {
+    let mut paths = entries(folder)?;
+    paths.sort();
+    for path in paths {
+        if path.is_dir() {
+            hash_files(&path, add)?;
+        } else {
+            add(&path, &fs::read(&path).map_err(|reason| file(&path, reason))?);
+        }
+    }
+    Ok(())
+}
+
+/// A regular expression that means this text.
+fn literal(text: &str) -> String {
+    text.chars()
+        .flat_map(|c| r"\.+*?()|[]{}^$#&-~".contains(c).then_some('\\').into_iter().chain([c]))
+        .collect()
 }
 
 /// Runs it to its end; that mutants were missed, or never ended, is a status too.
@@ -150,14 +257,19 @@ fn ended(run: Run) -> Result<(), Failure> {
 impl Found {
     fn text(&self) -> String {
         let missed: String = self.missed.iter().map(|line| format!("{line}\n")).collect();
-        format!("{} {}\n{missed}", self.noticed, self.unviable)
+        format!("{} {} {}\n{missed}", self.noticed, self.unviable, self.tests)
     }
 
     fn read(text: &str) -> Option<Self> {
         let (numbers, missed) = text.split_once('\n')?;
-        let (noticed, unviable) = numbers.split_once(' ')?;
+        let mut numbers = numbers.split(' ');
         let missed = missed.lines().map(str::to_owned).collect();
-        Some(Self { noticed: noticed.parse().ok()?, unviable: unviable.parse().ok()?, missed })
+        Some(Self {
+            noticed: numbers.next()?.parse().ok()?,
+            unviable: numbers.next()?.parse().ok()?,
+            tests: numbers.next()?.parse().ok()?,
+            missed,
+        })
     }
 }
 

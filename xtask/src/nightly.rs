@@ -2,7 +2,6 @@
 
 use std::path::PathBuf;
 use std::process::ExitStatus;
-use std::time::{Duration, Instant};
 
 use crate::process::{Failure, Run};
 use crate::workspace::Workspace;
@@ -82,6 +81,8 @@ impl<'a> Nightly<'a> {
         for component in components.iter().filter(|component| !there.contains(**component)) {
             rustup(&["component", "add", component, "--toolchain", NIGHTLY])?;
         }
+        // It moves: what was found was found with this one.
+        println!("{}", workspace.command("rustup").args(&["run", NIGHTLY, "rustc", "--version"]).capture()?);
         Ok(Self { workspace })
     }
 
@@ -99,20 +100,22 @@ impl<'a> Nightly<'a> {
     }
 }
 
-/// Between two signs of life of a fuzzer.
-const PROGRESS: Duration = Duration::from_secs(30);
-
-/// Runs it in silence, but for a fuzzer's signs of life.
+/// Runs it in silence.
 ///
 /// # Errors
 /// It cannot be started.
 pub(crate) fn hear(run: Run) -> Result<Said, Failure> {
-    let (mut text, mut told) = (String::new(), Instant::now());
+    hear_with(run, |_| {})
+}
+
+/// As [`hear`], but who called it is told each line when it comes.
+///
+/// # Errors
+/// As [`hear`].
+pub(crate) fn hear_with(run: Run, mut told: impl FnMut(&str)) -> Result<Said, Failure> {
+    let mut text = String::new();
     let status = run.observe(|line| {
-        if line.starts_with('#') && told.elapsed() >= PROGRESS {
-            println!("{line}");
-            told = Instant::now();
-        }
+        told(line);
         text.push_str(line);
         text.push('\n');
     })?;

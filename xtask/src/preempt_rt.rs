@@ -8,6 +8,7 @@ use crate::cross;
 use crate::depth::Depth;
 use crate::process::Failure;
 use crate::report::Tally;
+use crate::tools;
 use crate::workspace::Workspace;
 
 const KERNELS: &str = "linux-image-rt-amd64";
@@ -115,17 +116,16 @@ fn missing(console: &str) -> Vec<String> {
 
 /// The newest real-time kernel of Debian, downloaded if it is not there.
 fn kernel(workspace: &Workspace, folder: &Path) -> Result<PathBuf, Failure> {
-    let newest = "apt-cache depends linux-image-rt-amd64 | sed -n 's/^ *Depends: //p' | head -n 1";
+    let newest = format!("apt-cache depends {KERNELS} | sed -n 's/^ *Depends: //p' | head -n 1");
     let shell = |line: &str| workspace.command("sh").args(&["-ec", line]);
-    let mut name = shell(newest).output()?;
+    let mut name = shell(&newest).output()?;
     if name.is_empty() {
-        // The lists of packages may be missing.
-        shell("apt-get update").stream()?;
-        name = shell(newest).output()?;
+        tools::debian(workspace, "the list of Debian's packages", &[])?;
+        name = shell(&newest).output()?;
     }
     if name.is_empty() {
-        let install = format!("apt-get download $(apt-cache depends {KERNELS})");
-        return Err(Failure::Missing { what: "Debian's real-time kernel", install });
+        let why = format!("the lists of this Debian have no {KERNELS}, whose kernel this step starts");
+        return Err(Failure::Wrong(why));
     }
     let place = folder.join(&name);
     let kernel = place.join("vmlinuz");
@@ -164,6 +164,7 @@ fn image(workspace: &Workspace, folder: &Path) -> Result<PathBuf, Failure> {
         to.parent().map_or(Ok(()), make)?;
         fs::copy(from, &to).map_err(|reason| Failure::File { path: from.display().to_string(), reason })?;
     }
+    tools::present(workspace, "strip", &["binutils"])?;
     // Names for debuggers would be most of the image.
     workspace.command("strip").args(&[root.join("init"), root.join("bin/redrt")]).stream()?;
     let _there = cross::tool(workspace, "cpio", &["cpio"])?;

@@ -152,7 +152,7 @@ impl Run {
     }
 
     /// What one would type, programs by their name alone.
-    fn line(&self) -> String {
+    pub(crate) fn line(&self) -> String {
         let program = Path::new(self.0.get_program()).file_name().unwrap_or_default();
         let set = self.0.get_envs().filter_map(|(name, value)| {
             value.map(|value| format!("{}={:?}", name.display(), value.display().to_string()))

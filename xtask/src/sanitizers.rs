@@ -37,6 +37,10 @@ fn threads(nightly: &Nightly<'_>, depth: Depth) -> Result<Tally, Failure> {
         Depth::Quick => "20",
         Depth::Deep => "400",
     };
+    println!(
+        "lanes run best effort, {rounds} rounds, every other recorded; not in real time, which wants settings of \
+         glibc's allocator, and ThreadSanitizer has its own"
+    );
     let stress = ["--package", "red-rt", "--test", "stress"];
     let tally = cargo("test").args(&stress).env("RED_STRESS_ROUNDS", rounds).stream()?;
     Ok(Tally { passed: tally.passed + 2, ..tally })

@@ -106,6 +106,21 @@ pub(crate) fn built(workspace: &Workspace, name: &str, version: &str, asks: &[&s
     Ok(workspace.command(program))
 }
 
+/// A program, its packages installed if it is not there.
+///
+/// # Errors
+/// It is missing and cannot be installed.
+pub(crate) fn present(
+    workspace: &Workspace,
+    program: &'static str,
+    packages: &[&str],
+) -> Result<(), Failure> {
+    match workspace.command(program).args(&["--version"]).output() {
+        Ok(_) => Ok(()),
+        Err(_) => debian(workspace, program, packages),
+    }
+}
+
 /// Installs packages of Debian, if this is one and we may.
 ///
 /// # Errors

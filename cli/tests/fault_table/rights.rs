@@ -39,6 +39,10 @@ pub(crate) fn need_root() {
 
 /// The command below these limits of `prlimit`, and as root without these capabilities.
 pub(crate) fn without(limits: &[&str], capabilities: &str, arguments: &[&str]) -> Command {
+    for tool in ["prlimit", "setpriv"] {
+        let there = Command::new(tool).arg("--version").output();
+        there.unwrap_or_else(|why| panic!("{tool}: {why}; install it with: apt-get install util-linux"));
+    }
     let mut wrapped = Command::new("prlimit");
     wrapped.args(limits).arg("--");
     if is_root() {

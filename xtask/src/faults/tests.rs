@@ -83,3 +83,16 @@ fn what_failed_or_was_not_run_does_not_pass() {
     let (line, passes) = told(&row(41, Err(ABSENT[0])));
     assert!(line.ends_with("not run: belongs to the C ABI") && passes.is_none(), "{line}");
 }
+
+#[test]
+fn a_build_that_fails_is_no_matter_of_rows() {
+    let is_cut_short = |lines: &[&str], succeeded| {
+        let mut log = Log::default();
+        lines.iter().for_each(|line| log.read(line));
+        log.is_cut_short(succeeded)
+    };
+    let (good, bad) = ("test graphs::row_01_a ... ok", "test graphs::row_02_b ... FAILED");
+    assert!(is_cut_short(&[], false), "it does not compile");
+    assert!(is_cut_short(&[good], false), "it died between two tests");
+    assert!(!is_cut_short(&[good, bad], false) && !is_cut_short(&[good], true));
+}

@@ -1,4 +1,4 @@
-use super::mutants_of;
+use super::*;
 
 #[test]
 fn every_ordering_is_weakened_by_one_step() {
@@ -22,4 +22,31 @@ fn every_ordering_is_weakened_by_one_step() {
         (6, "SeqCst", "Acquire", false),
     ];
     assert_eq!(found, wanted);
+}
+
+fn row(name: &str, end: &str) -> Row {
+    let model = Model { binary: String::new(), family: "slot".into(), name: name.into() };
+    let output =
+        format!("model {name}: 3 threads, bound 2, 70 executions, 12.3 s, {end}\ntest result: ok. 1 passed");
+    Row::read(&model, output, end == "explored")
+}
+
+#[test]
+fn models_that_do_not_pass_where_nothing_is_weakened_catch_nothing() {
+    let key = |name: &str| ("slot".to_owned(), name.to_owned());
+    let passed = costs(&[row("a_model", "explored")]).ok();
+    assert_eq!(passed, Some(Costs::from([(key("a_model"), 123)])));
+    for end in ["panicked", "NOT EXPLORED in 120 s"] {
+        let refused = costs(&[row("a_model", "explored"), row("another", end)]);
+        let Err(Failure::Wrong(why)) = refused else { panic!("{end:?} is accepted") };
+        assert!(why.contains("slot: another") && !why.contains("a_model"), "{why}");
+    }
+    assert!(costs(&[]).is_err());
+}
+
+#[test]
+fn a_planted_fault_is_no_model_that_catches() {
+    let model = |name: &str| Model { binary: String::new(), family: "slot".into(), name: name.into() };
+    let left = without_planted(vec![model("a_fault_is_caught"), model("a_model")]);
+    assert_eq!(left.iter().map(|model| &*model.name).collect::<Vec<_>>(), ["a_model"]);
 }

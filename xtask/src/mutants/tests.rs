@@ -19,8 +19,15 @@ fn words_are_pairs_of_a_name_and_a_number() {
 
 #[test]
 fn what_is_kept_is_read_again() {
-    let found =
-        Found { noticed: 38, unviable: 1, missed: vec!["a.rs:1: + for -".into(), "b.rs:2: 0".into()] };
+    let missed = vec!["a.rs:1: + for -".into(), "b.rs:2: 0".into()];
+    let found = Found { noticed: 38, unviable: 1, tests: u64::MAX, missed };
     assert_eq!(Found::read(&found.text()), Some(found));
     assert_eq!(Found::read(""), None);
+}
+
+#[test]
+fn the_name_of_a_mutant_means_only_itself() {
+    let name = "a.rs:9:5: replace <impl From<T> for A>::f -> (u8, &[B]) with (0, &[])";
+    let wanted = r"a\.rs:9:5: replace <impl From<T> for A>::f \-> \(u8, \&\[B\]\) with \(0, \&\[\]\)";
+    assert_eq!(literal(name), wanted);
 }
