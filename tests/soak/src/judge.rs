@@ -4,7 +4,7 @@
 //! job ends when all its nodes are done, or is given up, once, and nothing of it starts afterwards.
 
 use red_core::{CommitError, Event, EventKind, Instant, Outcome, Scheduler, TaskId};
-use red_record::Recorded;
+use red_record::Recorder;
 use red_rt::timeline::Host;
 use red_workload::build::{self, Change};
 use std::collections::HashMap;
@@ -181,7 +181,7 @@ impl Host<Robot> for Judge {
         later.min().map(Instant::as_nanos)
     }
 
-    fn due(&mut self, scheduler: &mut Recorded<'_, Robot>, now: Instant) {
+    fn due(&mut self, scheduler: &mut Recorder<'_, Robot>, now: Instant) {
         if now < self.now {
             self.blame(format!("time went from {:?} back to {now:?}", self.now));
         }
