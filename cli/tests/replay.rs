@@ -303,3 +303,30 @@ fn what_if_answers_in_virtual_time_with_what_was_recorded() {
         refused(run(&["replay", &log, "--what-if", wrong]), 2, &[why]);
     }
 }
+
+/// A disk on which it takes two seconds until everything is there.
+const SLOW_DISK: &[u8] =
+    b"#include <unistd.h>\nint fdatasync(int file) { (void)file; return (int)sleep(2); }\n";
+
+#[test]
+fn a_log_that_keeps_its_run_waiting_says_so_where_somebody_looks() {
+    let source = file("replay-slow.c", SLOW_DISK);
+    let (disk, log) = (source.with_extension("so"), source.with_extension("redlog"));
+    let mut compiler = Command::new("cc");
+    let compiled = compiler.args(["-shared", "-fPIC", "-o"]).args([&disk, &source]).status();
+    assert!(compiled.expect("no C compiler; install it with: apt-get install gcc libc6-dev").success());
+    let workload = file("replay-slow.toml", FILE.as_bytes());
+    let path = |path: &Path| path.to_str().expect("the path is text").to_owned();
+    let run = format!(
+        "LD_PRELOAD={} {} run {} --duration 100ms --best-effort --record {}",
+        path(&disk),
+        env!("CARGO_BIN_EXE_redrt"),
+        path(&workload),
+        path(&log)
+    );
+    let _alone = alone();
+    let terminal = Command::new("script").args(["-qec", &run, "/dev/null"]).env("TERM", "xterm").output();
+    let terminal = terminal.expect("no script; install it with: apt-get install bsdutils");
+    let shown = String::from_utf8_lossy(&terminal.stdout);
+    assert!(terminal.status.success() && shown.contains("writing the log: 1 s"), "{shown}");
+}

@@ -81,3 +81,6 @@ impl Names {
         Some(format!("{}/{job}/{}", self.tasks.get(task)?, node.name))
     }
 }
+
+#[cfg(test)]
+mod tests;
