@@ -14,7 +14,7 @@ use crate::options;
 use crate::outcome::{Answer, Failure};
 use crate::output;
 use crate::run::{watch, write_trace};
-use crate::session::record::Recorded;
+use crate::session::record::ClosedLog;
 use crate::session::{Options, RunSummary, Session};
 use crate::table::{Table, time};
 use red_rt::stop::StopSignals;
@@ -95,7 +95,7 @@ pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
         let path = args.out.join(format!("{}.trace.json", session.summary.report.policy));
         write_trace(&path, session)?;
         files.push(format!("trace: {}", path.display()));
-        files.extend(session.record.as_ref().map(Recorded::words));
+        files.extend(session.record.as_ref().map(ClosedLog::words));
     }
     files.push(format!("scene: {} (`redrt run` takes it)", scene.display()));
     if args.json {
@@ -104,6 +104,7 @@ pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
         output::line(&text(&sessions, &files))?;
     }
     sessions.iter().try_for_each(|session| happened::went_on(&session.summary))?;
+    sessions.iter().filter_map(|session| session.record.as_ref()).try_for_each(ClosedLog::is_whole)?;
     Ok(Answer::Yes)
 }
 

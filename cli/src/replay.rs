@@ -1,6 +1,8 @@
 //! `redrt replay`: a recorded run fed to the scheduler again.
 
-mod recorded;
+mod figures;
+mod names;
+mod refused;
 mod what_if;
 
 use crate::outcome::{Answer, Failure};
@@ -9,14 +11,16 @@ use crate::progress;
 use crate::regular;
 use crate::session::Robot;
 use crate::table::time;
-use recorded::Recorded;
+use figures::Figures;
+use names::Names;
 use red_core::{Empty, Instant, Scheduler, TaskId, UnitId};
-use red_record::{Difference, Entry, Header, LogError, Reader, Replay, replay};
+use red_record::{Broken, Difference, Entry, Header, LogError, Reader, Replay, replay};
 use red_sim::{Execution, Options, Report, simulate_past};
 use red_workload::build::{self, Plan};
 use red_workload::model::Workload;
 use red_workload::policy::Policy;
-use red_workload::{Format, Source, shown, shown_path};
+use red_workload::{Format, Source, shown};
+use refused::Refused;
 use serde::Serialize;
 use std::fmt::Write;
 use std::fs::File;
@@ -27,7 +31,8 @@ use what_if::Change;
 /// Feeds the inputs of a recorded run to the scheduler again, and compares every action.
 #[derive(clap::Args)]
 #[command(after_help = "\
-Exit status 1, with the first difference, where an action is not as it was recorded. --what-if simulates the
+Exit status 1, with the first difference, where an action is not as it was recorded; 2 where the log is not whole:
+what it has is fed, and a difference in that is told first. --what-if simulates the
 recorded releases and execution times with something changed: policy=POLICY, deadline=TIME or deadline.TASK=TIME,
 lanes=N or lanes.POOL=N, several with commas.
 
@@ -49,11 +54,14 @@ pub(crate) struct Args {
 /// A replay in numbers.
 #[derive(Serialize)]
 struct Compared {
-    policy: String,
+    policy: Option<String>,
     inputs: u64,
     actions: u64,
-    equal: bool,
+    /// `None`: the log could not be replayed to its end.
+    equal: Option<bool>,
     difference: Option<Differs>,
+    /// Why it could not.
+    refused: Option<Refused>,
 }
 
 /// The first difference in words.
@@ -86,47 +94,63 @@ pub(crate) struct Opened {
 
 /// Replays and reports.
 pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
-    let mut opened = open(&args.log)?;
-    let mut recorded = Recorded::new(&opened);
-    let found =
-        progress::during("replaying", || opened.replay(|scheduler, entry| recorded.watch(scheduler, entry)))
-            .map_err(|e| refused(&args.log, &e))?;
-    if found.difference.is_none() && !args.what_if.is_empty() {
-        return answer_what_if(args, &opened, &recorded);
+    let mut opened = open(&args.log).map_err(|refused| refused.tell(args.json, None, None))?;
+    let mut names = Names::new(&opened.workload, opened.plan.nodes.clone());
+    // They grow with the log.
+    let asks = !args.what_if.is_empty();
+    let mut figures = asks.then(|| Figures::new(&opened.workload, opened.plan.nodes.clone()));
+    let found = progress::during("replaying", || {
+        opened.replay(|scheduler, entry| {
+            names.watch(entry);
+            if let Some(figures) = &mut figures {
+                figures.watch(scheduler, entry);
+            }
+        })
+    });
+    let policy = Some(opened.log.header().policy.clone());
+    let found = match found {
+        Ok(found) => found,
+        Err(broken) => {
+            return Err(Refused::after(&args.log, &broken).tell(args.json, policy, Some(&broken)));
+        }
+    };
+    if let (None, Some(figures)) = (&found.difference, &figures) {
+        return answer_what_if(args, &opened, figures);
     }
-    let header = opened.log.header();
+    let equal = found.difference.is_none();
     let report = Compared {
-        policy: header.policy.clone(),
+        policy,
         inputs: found.inputs,
         actions: found.actions,
-        equal: found.difference.is_none(),
-        difference: found.difference.as_ref().map(|difference| differs(difference, &recorded, &opened)),
+        equal: Some(equal),
+        difference: found.difference.as_ref().map(|difference| differs(difference, &names, &opened)),
+        refused: None,
     };
     if args.json {
         output::json(&report)?;
     } else {
-        output::line(&text(header, &report))?;
+        output::line(&text(opened.log.header(), &report))?;
     }
-    Ok(Answer::of(report.equal))
+    Ok(Answer::of(equal))
 }
 
 /// What would have happened.
-fn answer_what_if(args: &Args, opened: &Opened, recorded: &Recorded) -> Result<Answer, Failure> {
+fn answer_what_if(args: &Args, opened: &Opened, figures: &Figures) -> Result<Answer, Failure> {
     let (mut workload, mut policy) = (opened.workload.clone(), opened.policy);
     what_if::apply(&args.what_if, &mut workload, &mut policy).map_err(Failure::Input)?;
-    let duration_ns = opened.log.header().duration_ns;
+    let (duration_ns, end_ns) = (opened.log.header().duration_ns, figures.end.as_nanos());
     let longest = workload.tasks.iter().map(|task| task.deadline_ns).max().unwrap_or(0);
     let options = Options {
         policy,
-        // As a run drains.
-        horizon_ns: duration_ns.saturating_add(longest),
+        // As a run drains, unless it was stopped before.
+        horizon_ns: if end_ns < duration_ns { end_ns } else { duration_ns.saturating_add(longest) },
         seed: 0,
         execution: Execution::Wcet,
         preempt: false,
         schedule: false,
     };
-    let what_if = progress::during("simulating", || simulate_past(&workload, &recorded.past, &options))?;
-    let recorded = recorded.report(opened, Instant::from_nanos(duration_ns));
+    let what_if = progress::during("simulating", || simulate_past(&workload, &figures.past, &options))?;
+    let recorded = figures.report(opened, Instant::from_nanos(duration_ns.min(end_ns)));
     if args.json {
         output::json(&Both { recorded, what_if })?;
     } else {
@@ -135,31 +159,30 @@ fn answer_what_if(args: &Args, opened: &Opened, recorded: &Recorded) -> Result<A
     Ok(Answer::Yes)
 }
 
-fn refused(path: &Path, error: &LogError) -> Failure {
-    Failure::Input(format!("`{}`: {error}", shown_path(path)))
-}
-
-fn open(path: &Path) -> Result<Opened, Failure> {
-    let unreadable = |e| refused(path, &LogError::Read(e));
+fn open(path: &Path) -> Result<Opened, Refused> {
+    let refused = |e| Refused::by(path, &e);
+    let unreadable = |e| refused(LogError::Read(e));
     let _or_missing = regular::exists(path).map_err(unreadable)?;
     let file = File::open(path).map_err(unreadable)?;
-    let log = Reader::new(BufReader::new(file)).map_err(|e| refused(path, &e))?;
+    let log = Reader::new(BufReader::new(file)).map_err(refused)?;
     let header = log.header();
-    let of_other = |what: &str| Failure::Input(format!("`{}`: {what}; update the program", shown_path(path)));
+    let of_other = |what: &str| Refused::new(path, "newer", format!("{what}; update the program"));
     let policy: Policy = header.policy.parse().map_err(|_| of_other("its policy is not known"))?;
     let format = match &*header.format {
         "toml" => Format::Toml,
         "yaml" => Format::Yaml,
         _ => return Err(of_other("its workload is in a language that is not known")),
     };
-    let source = Source::parse(header.workload.as_bytes(), format, Path::new(&header.file))?;
+    let source = Source::parse(header.workload.as_bytes(), format, Path::new(&header.file))
+        .map_err(|e| Refused::new(path, "workload", e))?;
     let mut scheduler: Box<Scheduler<Robot>> = Box::new(Scheduler::EMPTY);
-    let (plan, tasks) = build::admit(&mut scheduler, &source.workload, policy.config())?;
+    let (plan, tasks) = build::admit(&mut scheduler, &source.workload, policy.config())
+        .map_err(|e| Refused::new(path, "workload", e))?;
     Ok(Opened { log, workload: source.workload, policy, scheduler, plan, tasks })
 }
 
 impl Opened {
-    fn replay(&mut self, watch: impl FnMut(&Scheduler<Robot>, &Entry)) -> Result<Replay, LogError> {
+    fn replay(&mut self, watch: impl FnMut(&Scheduler<Robot>, &Entry)) -> Result<Replay, Broken> {
         let Self { log, scheduler, plan, tasks, .. } = self;
         let change = |scheduler: &mut Scheduler<Robot>, number: u32, now| {
             let change = plan.changes.get(number as usize).ok_or(red_core::CommitError::UnknownTask)?;
@@ -169,23 +192,25 @@ impl Opened {
     }
 }
 
-fn differs(difference: &Difference, watched: &Recorded, opened: &Opened) -> Differs {
-    let with_name = |text: String, unit: Option<UnitId>| {
-        let name = unit.and_then(|unit| watched.name_of(unit, &opened.scheduler));
-        name.map_or_else(|| text.clone(), |name| format!("{text}: {name}"))
+fn differs(difference: &Difference, names: &Names, opened: &Opened) -> Differs {
+    let with = |text: String, name: Option<String>| match name {
+        Some(name) => format!("{text}: {name}"),
+        None => text,
     };
+    let of_unit = |unit: Option<UnitId>| names.of_unit(unit?, &opened.scheduler);
+    let answer = |answer: &red_record::Answer| match answer {
+        red_record::Answer::Started(started) => with(answer.to_string(), names.of_start(started)),
+        _ => with(answer.to_string(), of_unit(answer.unit())),
+    };
+    let Difference { input, before, recorded, now } = difference;
+    let entry = |entry: &Entry| with(entry.to_string(), of_unit(entry.call.unit().or(entry.answer.unit())));
     Differs {
-        input: difference.input,
-        at_ns: difference.recorded.now.as_nanos(),
-        call: with_name(difference.recorded.call.to_string(), difference.recorded.call.unit()),
-        // A unit that the scheduler did not start now has no name.
-        recorded: difference.recorded.answer.to_string(),
-        replayed: with_name(difference.now.to_string(), difference.now.unit()),
-        before: difference
-            .before
-            .iter()
-            .map(|entry| with_name(entry.to_string(), entry.call.unit().or(entry.answer.unit())))
-            .collect(),
+        input: *input,
+        at_ns: recorded.now.as_nanos(),
+        call: with(recorded.call.to_string(), of_unit(recorded.call.unit())),
+        recorded: answer(&recorded.answer),
+        replayed: answer(now),
+        before: before.iter().map(entry).collect(),
     }
 }
 

@@ -7,6 +7,7 @@ use crate::live::View;
 use crate::options;
 use crate::outcome::{Answer, Failure};
 use crate::output;
+use crate::session::record::ClosedLog;
 use crate::session::trace::Trace;
 use crate::session::{self, Options, Progress, RunSummary, Session, SessionError};
 use crate::table::{Table, time};
@@ -109,6 +110,7 @@ pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
         output::note(&record.words());
     }
     happened::went_on(&session.summary)?;
+    session.record.as_ref().map_or(Ok(()), ClosedLog::is_whole)?;
     let missed: u64 = session.summary.report.tasks.iter().map(|t| t.missed).sum();
     Ok(Answer::of(!args.strict || missed == 0))
 }

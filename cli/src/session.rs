@@ -10,7 +10,7 @@ pub(crate) mod trace;
 
 use bodies::{Bodies, BodiesError};
 use host::{Live, Notes};
-use record::{Recorded, Recording};
+use record::{ClosedLog, Recording};
 use red_bodies::onnx::on_lane;
 use red_bodies::plugin::Host as PluginHost;
 use red_core::{Config, Empty, Scheduler, TaskId};
@@ -127,7 +127,7 @@ pub(crate) struct Session {
     /// Sub-deadlines of what ran; empty where no trace was asked for.
     pub(crate) sub_deadlines: Arc<SubDeadlines>,
     /// The log, if the run was recorded.
-    pub(crate) record: Option<Recorded>,
+    pub(crate) record: Option<ClosedLog>,
     /// When it ended.
     pub(crate) end_ns: u64,
     /// To the end of whoever has the run: no Ctrl-C costs its summary.
@@ -229,7 +229,8 @@ pub(crate) fn execute(
     let (notes, figures) = finished.map_err(SessionError::Machine)?;
     let record = record.map(Recording::finish);
     progress(Progress::Ended, end_ns, &live);
-    let summary = summary(workload, options, &notes, &figures, record.as_ref().map(|r| r.totals), end_ns);
+    let summary =
+        summary(workload, options, &notes, &figures, record.as_ref().map(ClosedLog::summary), end_ns);
     let faults = notes.faults.words(&names, &plan.nodes, &bodies.said(), &figures.panics, figures.hung);
     Ok(Session {
         summary,

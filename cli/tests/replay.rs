@@ -11,8 +11,10 @@ use process::{file, run};
 use refused::refused;
 use serde_json::Value;
 use std::fs;
+use std::io::{BufRead, BufReader};
 use std::path::Path;
-use std::process::Command;
+use std::process::{Command, Stdio};
+use std::thread;
 
 /// A stage with an encoder, and a node that comes and goes.
 const FILE: &str = r#"
@@ -52,7 +54,7 @@ fn recorded(name: &str) -> String {
     assert_eq!(status, 0, "{err}");
     let summary: Value = serde_json::from_str(&out).unwrap();
     assert!(summary["record"]["inputs"].as_u64().unwrap() > 200, "{summary}");
-    assert_eq!(summary["record"]["dropped"], 0);
+    assert_eq!((&summary["record"]["dropped"], &summary["record"]["failed"]), (&0.into(), &Value::Null));
     assert!(err.contains("log: ") && err.contains("redrt replay"), "{err}");
     log
 }
@@ -70,6 +72,7 @@ fn a_recorded_run_is_replayed_without_a_difference() {
     assert!(out.contains("no difference"), "{out}");
     let (status, report) = report(&log);
     assert_eq!((status, report["equal"].as_bool(), &report["difference"]), (0, Some(true), &Value::Null));
+    assert_eq!((&report["refused"], &report["policy"]), (&Value::Null, &"redrt".into()));
     assert!(report["actions"].as_u64().unwrap() > 100, "{report}");
 }
 
@@ -114,12 +117,15 @@ fn logs_that_are_not_whole_are_refused() {
     let bytes = fs::read(&log).unwrap();
     let refuse = |bytes: &[u8], why: &str| {
         fs::write(&log, bytes).unwrap();
-        refused(run(&["replay", &log]), 2, &["replay-refused.redlog", why]);
+        let said = refused(run(&["replay", &log]), 2, &["replay-refused.redlog", why]);
+        refused(run(&["replay", &log, "--what-if", "lanes=1"]), 2, &["replay-refused.redlog", why]);
+        said
     };
-    refuse(&bytes[..bytes.len() - 7], "truncated");
+    let said = refuse(&bytes[..bytes.len() - 7], "truncated");
+    assert!(!said.contains("inputs before that"), "the only block is not whole: {said}");
     refuse(&[&bytes[..bytes.len() - 1], &[bytes[bytes.len() - 1] ^ 1]].concat(), "damaged");
-    refuse(&[&bytes[..6], &[2, 0], &bytes[8..]].concat(), "update the program");
-    refuse(&[&bytes[..6], &[0, 0], &bytes[8..]].concat(), "the version that recorded it");
+    refuse(&[&bytes[..6], &[3, 0], &bytes[8..]].concat(), "update the program");
+    refuse(&[&bytes[..6], &[1, 0], &bytes[8..]].concat(), "the version that recorded it");
     refuse(b"", "no replay log");
     refuse(FILE.as_bytes(), "no replay log");
     refused(run(&["replay", "/nowhere/at.all"]), 2, &["cannot read it"]);
@@ -155,11 +161,114 @@ fn a_log_beyond_the_limit_of_file_sizes_is_told_and_ends_no_run() {
     let _alone = alone();
     let mut limited = Command::new("prlimit");
     limited.arg(format!("--fsize={}", whole / 2)).arg(env!("CARGO_BIN_EXE_redrt")).arg("run").arg(&workload);
-    limited.args(["--duration", "600ms", "--best-effort", "--record"]).arg(&log);
+    limited.args(["--duration", "600ms", "--best-effort", "--json", "--record"]).arg(&log);
     let output = limited.output().expect("util-linux has it");
     let told = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(0), "{told}");
-    assert!(told.contains("cannot be replayed"), "{told}");
+    // A log was asked for, and this machine did not take it; the figures are there.
+    assert_eq!(output.status.code(), Some(3), "{told}");
+    assert!(told.contains("cannot be replayed") && told.contains("is not whole"), "{told}");
+    let summary: Value = serde_json::from_slice(&output.stdout).expect("one JSON object");
+    assert!(summary["record"]["failed"].as_str().expect("why").contains("size"), "{summary}");
+    let log = log.to_str().expect("the path is text");
+    refused(run(&["replay", log]), 2, &["cannot be replayed to the end", "record a shorter run"]);
+}
+
+#[test]
+fn why_a_log_cannot_be_replayed_is_in_the_json() {
+    let log = recorded("why");
+    let bytes = fs::read(&log).unwrap();
+    let older = [&bytes[..6], &[1, 0], &bytes[8..]].concat();
+    for (bytes, reason, policy) in [
+        (&bytes[..bytes.len() - 1], "truncated", Some("redrt")),
+        (&older, "older", None),
+        (b"", "not-a-log", None),
+    ] {
+        fs::write(&log, bytes).unwrap();
+        let (status, report) = report(&log);
+        assert_eq!((status, &report["equal"]), (2, &Value::Null), "{report}");
+        assert_eq!((report["refused"]["reason"].as_str(), report["policy"].as_str()), (Some(reason), policy));
+        assert!(report["refused"]["message"].as_str().unwrap().contains("replay-why.redlog"), "{report}");
+    }
+}
+
+/// A task whose job is still there when the run is stopped, and one of many jobs.
+const LONG: &str = r#"
+pool = [{ name = "cpu", lanes = 2 }]
+[[task]]
+name = "long"
+deadline = "60s"
+once = true
+node = [{ name = "n", wcet = "5s", body = { spin = "4s" } }]
+[[task]]
+name = "short"
+deadline = "20ms"
+period = "20ms"
+node = [{ name = "n", wcet = "2ms", body = { spin = "100us" } }]
+"#;
+
+/// Records a run of ten minutes until the log has grown in the file, and then ends it with this signal.
+fn ended_by(signal: &str) -> (String, Option<i32>, String) {
+    let workload = file(&format!("replay-{signal}.toml"), LONG.as_bytes());
+    let log = file(&format!("replay-{signal}.redlog"), b"");
+    let mut command = process::command(&["run", workload.to_str().expect("the path is text")]);
+    command.args(["--duration", "600s", "--best-effort", "--json", "--record"]).arg(&log);
+    let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("it starts");
+    let mut told = BufReader::new(child.stderr.take().expect("it is piped")).lines();
+    let length = || fs::metadata(&log).expect("it was made").len();
+    let mut lengths = Vec::new();
+    // The header with the workload, then blocks. A run tells how far it is.
+    while lengths.first().is_none_or(|begin| length() == *begin) {
+        told.next().expect("it goes on").expect("UTF-8");
+        if length() > 0 {
+            lengths.push(length());
+        }
+    }
+    let kill = format!("kill -{signal} {}", child.id());
+    assert!(Command::new("sh").args(["-c", &kill]).status().expect("there is a shell").success());
+    let rest = thread::spawn(move || told.for_each(drop));
+    let output = child.wait_with_output().expect("it ends");
+    rest.join().expect("no panic");
+    let log = log.to_str().expect("the path is text").to_owned();
+    (log, output.status.code(), String::from_utf8(output.stdout).expect("UTF-8"))
+}
+
+#[test]
+fn what_if_judges_the_jobs_of_a_run_that_was_stopped_until_then() {
+    let _alone = alone();
+    let (log, status, summary) = ended_by("INT");
+    assert_eq!(status, Some(0));
+    let summary: Value = serde_json::from_str(&summary).expect("one JSON object");
+    assert_eq!(summary["stopped_by"], "SIGINT");
+    let (status, out, err) = run(&["replay", &log, "--json", "--what-if", "policy=redrt"]);
+    assert_eq!(status, 0, "{err}");
+    let answer: Value = serde_json::from_str(&out).unwrap();
+    for key in ["tasks", "horizon_ns"] {
+        assert_eq!(answer["recorded"][key], summary[key], "{key}");
+    }
+    // The first job could still have been in time.
+    for run in ["recorded", "what_if"] {
+        let long = &answer[run]["tasks"][0];
+        assert_eq!(
+            (&long["released"], &long["completed"], &long["missed"]),
+            (&1.into(), &0.into(), &0.into())
+        );
+    }
+    assert_eq!(answer["what_if"]["horizon_ns"], summary["horizon_ns"]);
+}
+
+#[test]
+fn the_log_of_a_killed_run_is_replayed_up_to_its_last_block() {
+    let _alone = alone();
+    let (log, status, _) = ended_by("KILL");
+    assert_eq!(status, None);
+    refused(
+        run(&["replay", &log]),
+        2,
+        &["it was not closed", "inputs before that were fed", "no difference"],
+    );
+    let (status, report) = report(&log);
+    assert_eq!((status, &report["refused"]["reason"]), (2, &"not-closed".into()));
+    assert!(report["inputs"].as_u64() > Some(0), "{report}");
 }
 
 #[test]
@@ -178,6 +287,7 @@ fn what_if_answers_in_virtual_time_with_what_was_recorded() {
     assert_eq!((&other["recorded"]["policy"], &other["what_if"]["policy"]), (&"redrt".into(), &"edf".into()));
     assert_eq!(other["what_if"]["pools"][0]["lanes"], 1);
     assert_eq!(other["what_if"]["tasks"][0]["on_time"], 0, "{other}");
+    assert_eq!(what_if(" policy = edf , deadline . t = 2ms,lanes= 1"), other);
     let (status, out, _) = run(&["replay", &log, "--what-if", "lanes.cpu=4"]);
     assert!(status == 0 && out.contains("recorded") && out.contains("what if"), "{out}");
     for (wrong, why) in [
@@ -192,4 +302,31 @@ fn what_if_answers_in_virtual_time_with_what_was_recorded() {
     ] {
         refused(run(&["replay", &log, "--what-if", wrong]), 2, &[why]);
     }
+}
+
+/// A disk on which it takes two seconds until everything is there.
+const SLOW_DISK: &[u8] =
+    b"#include <unistd.h>\nint fdatasync(int file) { (void)file; return (int)sleep(2); }\n";
+
+#[test]
+fn a_log_that_keeps_its_run_waiting_says_so_where_somebody_looks() {
+    let source = file("replay-slow.c", SLOW_DISK);
+    let (disk, log) = (source.with_extension("so"), source.with_extension("redlog"));
+    let mut compiler = Command::new("cc");
+    let compiled = compiler.args(["-shared", "-fPIC", "-o"]).args([&disk, &source]).status();
+    assert!(compiled.expect("no C compiler; install it with: apt-get install gcc libc6-dev").success());
+    let workload = file("replay-slow.toml", FILE.as_bytes());
+    let path = |path: &Path| path.to_str().expect("the path is text").to_owned();
+    let run = format!(
+        "LD_PRELOAD={} {} run {} --duration 100ms --best-effort --record {}",
+        path(&disk),
+        env!("CARGO_BIN_EXE_redrt"),
+        path(&workload),
+        path(&log)
+    );
+    let _alone = alone();
+    let terminal = Command::new("script").args(["-qec", &run, "/dev/null"]).env("TERM", "xterm").output();
+    let terminal = terminal.expect("no script; install it with: apt-get install bsdutils");
+    let shown = String::from_utf8_lossy(&terminal.stdout);
+    assert!(terminal.status.success() && shown.contains("writing the log: 1 s"), "{shown}");
 }

@@ -6,7 +6,7 @@ use std::hint::black_box;
 
 use libfuzzer_sys::fuzz_target;
 use red_core::{Config, Dag, Duration, Node, Scheduler, Timing, Wcet};
-use red_record::{FORMAT, Header, Reader, replay};
+use red_record::{Call, FORMAT, Header, Reader, replay};
 
 type Small = red_core::Caps<2, 4, 3, 2>;
 
@@ -63,13 +63,23 @@ fn read(log: &[u8]) {
         dag.add_edge(first, last).expect("no cycle");
         scheduler.add_task(&dag, Timing::new(Duration::from_millis(5))).expect("room");
     }
-    let entries = reader.totals().entries;
+    let (entries, mut last) = (reader.totals().map(|totals| totals.entries), None);
     let change = |_: &mut Scheduler<Small>, number: u32, _| {
         assert!(!cfg!(feature = "planted") || number != 1, "a planted bug");
         Err(red_core::CommitError::Busy)
     };
-    if let Ok(run) = replay(&mut reader, &mut scheduler, change, |_, _| {}) {
-        assert!(run.inputs <= entries, "{} inputs of {entries}", run.inputs);
-        black_box(run.difference.map(|difference| format!("{difference:?}")));
+    match replay(&mut reader, &mut scheduler, change, |_, entry| last = Some(entry.call)) {
+        Ok(run) => {
+            assert!(
+                entries.is_some_and(|entries| run.inputs <= entries),
+                "{} inputs of {entries:?}",
+                run.inputs
+            );
+            assert!(run.difference.is_some() || last == Some(Call::End), "a log that ends with {last:?}");
+            black_box(run.difference.map(|difference| format!("{difference:?}")));
+        }
+        Err(broken) => {
+            black_box(broken.to_string());
+        }
     }
 }

@@ -1,9 +1,10 @@
 //! One input of the scheduler and what it answered.
 
+use crate::started::Started;
 use core::fmt;
 use red_core::{
-    Action, CommitError, CompleteError, Counters, Instant, JobId, LaneId, Outcome, ReleaseError, TaskId,
-    UnitId,
+    Action, Capacity, CommitError, CompleteError, Counters, Instant, JobId, LaneId, Outcome, ReleaseError,
+    Scheduler, TaskId, UnitId,
 };
 
 /// A call on the scheduler. Its time is that of the [`Entry`].
@@ -34,7 +35,7 @@ pub enum Call {
     Restore(LaneId),
     /// `remove_task`.
     Remove(TaskId),
-    /// No call: the counters at the end of the run.
+    /// No call: the end of the run, and its counters then. The last entry of every log.
     End,
 }
 
@@ -45,10 +46,16 @@ pub enum Answer {
     Released(Result<JobId, ReleaseError>),
     /// Of a completion or failure.
     Reported(Result<(), CompleteError>),
-    /// Of a poll.
-    Polled(Option<Action>),
-    /// Of `take_outcome`.
-    Outcome(Option<Outcome>),
+    /// Of a poll, or of `take_outcome`: nothing is to be done.
+    Nothing,
+    /// Of a poll: a unit starts.
+    Started(Started),
+    /// Of a poll: a unit loses its lane.
+    Preempted(UnitId),
+    /// Of a poll, or of `take_outcome`: a job ended.
+    Ended(Outcome),
+    /// Of a poll: an action that this version of the format has no word for.
+    Unknown,
     /// Of an edit.
     Edited(Result<(), CommitError>),
     /// Of the calls that answer yes or no.
@@ -80,13 +87,35 @@ impl Call {
 }
 
 impl Answer {
+    /// What a poll of this scheduler answered just now; `full` as in [`Started::of`].
+    pub(crate) fn of_poll<C: Capacity>(
+        scheduler: &Scheduler<C>,
+        action: Option<Action>,
+        full: &mut bool,
+    ) -> Self {
+        match action {
+            None => Self::Nothing,
+            Some(Action::Dispatch(dispatch)) => Self::Started(Started::of(scheduler, dispatch.unit, full)),
+            Some(Action::Preempt(dispatch)) => Self::Preempted(dispatch.unit),
+            Some(Action::Ended(outcome)) => Self::Ended(outcome),
+            Some(_) => Self::Unknown,
+        }
+    }
+
     /// The unit that it starts or stops.
     #[must_use]
     pub const fn unit(&self) -> Option<UnitId> {
         match self {
-            Self::Polled(Some(Action::Dispatch(dispatch) | Action::Preempt(dispatch))) => Some(dispatch.unit),
+            Self::Started(started) => Some(started.unit),
+            Self::Preempted(unit) => Some(*unit),
             _ => None,
         }
+    }
+
+    /// Whether the host has something to do.
+    #[must_use]
+    pub const fn is_action(&self) -> bool {
+        matches!(self, Self::Started(_) | Self::Preempted(_) | Self::Ended(_) | Self::Unknown)
     }
 }
 
@@ -119,11 +148,11 @@ impl fmt::Display for Answer {
             Self::Reported(Ok(())) | Self::Edited(Ok(())) => f.write_str("done"),
             Self::Reported(Err(e)) => write!(f, "refused: {e:?}"),
             Self::Edited(Err(e)) => write!(f, "refused: {e:?}"),
-            Self::Polled(None) | Self::Outcome(None) => f.write_str("nothing"),
-            Self::Polled(Some(Action::Dispatch(d))) => write!(f, "start {}", Named(d.unit)),
-            Self::Polled(Some(Action::Preempt(d))) => write!(f, "preempt {}", Named(d.unit)),
-            Self::Polled(Some(Action::Ended(outcome))) | Self::Outcome(Some(outcome)) => ended(f, outcome),
-            Self::Polled(Some(other)) => write!(f, "{other:?}"),
+            Self::Nothing => f.write_str("nothing"),
+            Self::Started(started) => started_unit(f, started),
+            Self::Preempted(unit) => write!(f, "preempt {}", Named(*unit)),
+            Self::Ended(outcome) => ended(f, outcome),
+            Self::Unknown => f.write_str("an action that this version does not know"),
             Self::Done(yes) => f.write_str(if *yes { "yes" } else { "no" }),
             Self::Counters(counters) => write!(f, "{counters:?}"),
         }
@@ -134,6 +163,13 @@ impl fmt::Display for Entry {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}  {} -> {}", Time(self.now), self.call, self.answer)
     }
+}
+
+fn started_unit(f: &mut fmt::Formatter<'_>, started: &Started) -> fmt::Result {
+    write!(f, "start {} of job {:#x}", Named(started.unit), started.job.to_bits())?;
+    started.members.map_or(Ok(()), |all| {
+        write!(f, ", members of the jobs in places {:#b}, their nodes {:#x}", all.jobs, all.nodes)
+    })
 }
 
 fn ended(f: &mut fmt::Formatter<'_>, outcome: &Outcome) -> fmt::Result {

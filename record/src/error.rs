@@ -1,6 +1,7 @@
 //! Why a log cannot be read.
 
 use crate::header::FORMAT;
+use crate::totals::{Cut, LARGEST};
 use core::fmt;
 use std::io;
 
@@ -30,11 +31,15 @@ pub enum LogError {
     },
     /// Who recorded it did not come to close it.
     NotClosed,
-    /// The recorder could not keep up or could not write: so many inputs are not in the log.
+    /// Inputs are missing at its end, and it says so.
     Incomplete {
-        /// Inputs that are missing at the end.
+        /// How many.
         dropped: u64,
+        /// Why.
+        cut: Cut,
     },
+    /// It was closed, and its last entry is not the end of the run.
+    Unended,
     /// The scheduler has other capacities.
     Capacities {
         /// Those of the log.
@@ -42,6 +47,49 @@ pub enum LogError {
         /// Those of this program.
         expected: [usize; 5],
     },
+}
+
+impl LogError {
+    /// The word that programs read.
+    #[must_use]
+    pub const fn name(&self) -> &'static str {
+        match self {
+            Self::Read(_) => "unreadable",
+            Self::NotALog => "not-a-log",
+            Self::Older(_) => "older",
+            Self::Newer(_) => "newer",
+            Self::Truncated { .. } => "truncated",
+            Self::Damaged { .. } => "damaged",
+            Self::NotClosed => "not-closed",
+            Self::Incomplete { .. } => "incomplete",
+            Self::Unended => "unended",
+            Self::Capacities { .. } => "capacities",
+        }
+    }
+}
+
+impl Cut {
+    /// What helps against it.
+    #[must_use]
+    pub const fn cure(self) -> &'static str {
+        match self {
+            Self::Slow => "record to a faster disk",
+            Self::Failed => "record to a disk that takes it and has room",
+            Self::TooLarge => "record a shorter run",
+        }
+    }
+}
+
+impl fmt::Display for Cut {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Slow => f.write_str("the disk did not keep up"),
+            Self::Failed => f.write_str("the file could not be written"),
+            Self::TooLarge => {
+                write!(f, "the file reached the size that it may have, {} GiB at most", LARGEST >> 30)
+            }
+        }
+    }
 }
 
 impl fmt::Display for LogError {
@@ -67,10 +115,12 @@ impl fmt::Display for LogError {
             Self::NotClosed => f.write_str(
                 "it was not closed: the recording program was killed, or still runs; record again, or wait for its end",
             ),
-            Self::Incomplete { dropped } => write!(
-                f,
-                "it cannot be replayed: the recorder had to drop the last {dropped} inputs; record to a faster or larger \
-                 disk"
+            Self::Incomplete { dropped, cut } => {
+                write!(f, "it cannot be replayed to the end: {cut}, and the last {dropped} inputs are missing; ")?;
+                f.write_str(cut.cure())
+            }
+            Self::Unended => f.write_str(
+                "it does not have the end of the run: the recording program failed before; record again",
             ),
             Self::Capacities { found, expected } => write!(
                 f,

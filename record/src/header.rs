@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 /// First bytes of every log.
 pub(crate) const MAGIC: [u8; 6] = *b"REDLOG";
 /// Version of the format that this crate writes, and the only one that it reads.
-pub const FORMAT: u16 = 1;
+pub const FORMAT: u16 = 2;
 
 /// What was recorded.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]

@@ -1,12 +1,12 @@
 //! A log, entry by entry. Nothing in the file is believed: sizes are bounded before memory is taken, checksums are
 //! compared before a byte is used.
 
-use crate::entry::Entry;
+use crate::entry::{Call, Entry};
 use crate::error::LogError;
 use crate::header::{FORMAT, Header, MAGIC};
 use crate::tape::CHUNK;
+use crate::totals::Totals;
 use crate::words::Books;
-use crate::writer::{CLOSED, TOTALS, Totals};
 use std::io::{self, Read};
 
 /// A header holds a workload of at most 4 MiB, as JSON text.
@@ -19,10 +19,13 @@ const LARGEST_BLOCK: u32 = CHUNK as u32 * 10;
 pub struct Reader<R> {
     source: Counted<R>,
     header: Header,
-    totals: Totals,
+    /// Of a log that is closed.
+    totals: Option<Totals>,
     books: Books,
     block: Block,
     read: u64,
+    /// The end of the run was read.
+    ended: bool,
 }
 
 /// The words of one block that are not read yet.
@@ -83,10 +86,10 @@ impl<R: Read> Counted<R> {
 }
 
 impl<R: Read> Reader<R> {
-    /// Reads the beginning of a log.
+    /// Reads the beginning of a log. Whether the log is whole is known at its end.
     ///
     /// # Errors
-    /// [`LogError`]: it is no log, of another format, damaged, not closed, or some inputs are missing in it.
+    /// [`LogError`]: it is no log, of another format, or damaged.
     pub fn new(source: R) -> Result<Self, LogError> {
         let mut source = Counted { source, at: 0 };
         let magic = source.take().map_err(|e| match e {
@@ -109,8 +112,10 @@ impl<R: Read> Reader<R> {
         source.checked(length, crc, "the header", &mut text)?;
         let header =
             serde_json::from_slice(&text).map_err(|_| LogError::Damaged { at, what: "the header" })?;
-        let totals = read_totals(&mut source)?;
-        Ok(Self { source, header, totals, books: Books::new(), block: Block::default(), read: 0 })
+        let at = source.at;
+        let totals = Totals::from_bytes(&source.take()?, at)?;
+        let (books, block) = (Books::new(), Block::default());
+        Ok(Self { source, header, totals, books, block, read: 0, ended: false })
     }
 
     /// What was recorded.
@@ -118,34 +123,42 @@ impl<R: Read> Reader<R> {
         &self.header
     }
 
-    /// How much was recorded.
-    pub const fn totals(&self) -> Totals {
+    /// How much was recorded; `None` in a log that is not closed.
+    pub const fn totals(&self) -> Option<Totals> {
         self.totals
     }
 
-    /// The next entry; `None` at the end.
+    /// The next entry; `None` at the end of the run. Entries that come before an error are as they were recorded.
     ///
     /// # Errors
-    /// [`LogError`]: truncated or damaged.
+    /// [`LogError`]: truncated, damaged, not closed, or some inputs are missing in it.
     pub fn next_entry(&mut self) -> Result<Option<Entry>, LogError> {
         if self.block.entries == 0 {
             if self.block.next != self.block.bytes.len() || !self.books.is_at_rest() {
                 return Err(self.damaged());
             }
-            if self.read == self.totals.entries {
+            if self.totals.is_some_and(|totals| totals.entries == self.read) || !self.next_block()? {
                 return self.end();
             }
-            self.next_block()?;
         }
         let (block, books) = (&mut self.block, &mut self.books);
-        let entry = books.decode(|| block.word().ok_or(())).ok().flatten();
+        let entry = books.decode(|| block.word().ok_or(())).ok().flatten().filter(|_| !self.ended);
         let entry = entry.ok_or_else(|| self.damaged())?;
         self.block.entries -= 1;
         self.read += 1;
+        self.ended = entry.call == Call::End;
         Ok(Some(entry))
     }
 
-    fn next_block(&mut self) -> Result<(), LogError> {
+    /// Reads the next block; `false` where a log that is not closed ends without one, or in the middle of it.
+    fn next_block(&mut self) -> Result<bool, LogError> {
+        match self.whole_block() {
+            Err(LogError::Truncated { .. }) if self.totals.is_none() => Ok(false),
+            read => read.map(|()| true),
+        }
+    }
+
+    fn whole_block(&mut self) -> Result<(), LogError> {
         let at = self.source.at;
         let (entries, length, crc) = (self.source.int()?, self.source.int()?, self.source.int()?);
         if entries == 0 || length > LARGEST_BLOCK {
@@ -156,36 +169,26 @@ impl<R: Read> Reader<R> {
         Ok(())
     }
 
+    /// No block is left: whether that is the end of the run.
     fn end(&mut self) -> Result<Option<Entry>, LogError> {
+        let Some(totals) = self.totals else { return Err(LogError::NotClosed) };
         match self.source.take::<1>() {
-            Err(LogError::Truncated { .. }) => Ok(None),
-            Err(e) => Err(e),
-            Ok(_) => Err(LogError::Damaged { at: self.source.at - 1, what: "what follows the last block" }),
+            Err(LogError::Truncated { .. }) => {}
+            Err(e) => return Err(e),
+            Ok(_) => {
+                let at = self.source.at - 1;
+                return Err(LogError::Damaged { at, what: "what follows the last block" });
+            }
+        }
+        match totals.cut {
+            Some(cut) => Err(LogError::Incomplete { dropped: totals.dropped, cut }),
+            None if self.ended => Ok(None),
+            None => Err(LogError::Unended),
         }
     }
 
     const fn damaged(&self) -> LogError {
         LogError::Damaged { at: self.block.at, what: "a block" }
-    }
-}
-
-fn read_totals<R: Read>(source: &mut Counted<R>) -> Result<Totals, LogError> {
-    let at = source.at;
-    let bytes: [u8; TOTALS] = source.take()?;
-    let long = |from: usize| {
-        let mut word = [0; 8];
-        word.iter_mut().zip(bytes.iter().skip(from)).for_each(|(place, byte)| *place = *byte);
-        u64::from_le_bytes(word)
-    };
-    let (state, crc) = (long(16) as u32, (long(16) >> 32) as u32);
-    if crc != crc32fast::hash(bytes.get(..TOTALS - 4).unwrap_or_default()) {
-        return Err(LogError::Damaged { at, what: "the totals" });
-    }
-    let totals = Totals { entries: long(0), dropped: long(8), bytes: 0 };
-    match (state, totals.dropped) {
-        (CLOSED, 0) => Ok(totals),
-        (CLOSED, dropped) => Err(LogError::Incomplete { dropped }),
-        _ => Err(LogError::NotClosed),
     }
 }
 

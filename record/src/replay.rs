@@ -4,6 +4,7 @@ use crate::entry::{Answer, Call, Entry};
 use crate::error::LogError;
 use crate::header::Header;
 use crate::reader::Reader;
+use core::fmt;
 use red_core::{Capacity, CommitError, Instant, Scheduler};
 use std::collections::VecDeque;
 use std::io::Read;
@@ -35,24 +36,57 @@ pub struct Difference {
     pub now: Answer,
 }
 
+/// A log that cannot be replayed to its end. What comes before was fed, and there was no difference.
+#[derive(Debug)]
+pub struct Broken {
+    /// Why.
+    pub error: LogError,
+    /// Inputs that were fed.
+    pub inputs: u64,
+    /// Actions among the answers.
+    pub actions: u64,
+}
+
+impl fmt::Display for Broken {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { error, inputs, actions } = self;
+        write!(f, "{error}")?;
+        if *inputs > 0 {
+            write!(f, " ({inputs} inputs before that were fed, {actions} actions compared: no difference)")?;
+        }
+        Ok(())
+    }
+}
+
+impl std::error::Error for Broken {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        Some(&self.error)
+    }
+}
+
 /// Feeds every input of a log to `scheduler`, which is set up as the recorded one was, and compares every answer.
 /// `change` makes the host's graph change of a number; `watch` sees every entry that was as recorded.
 ///
 /// # Errors
-/// [`LogError`]: the log has other capacities, or ends early, or is damaged.
+/// [`Broken`]: the log has other capacities, or ends early, or is damaged.
 pub fn replay<C: Capacity, R: Read>(
     log: &mut Reader<R>,
     scheduler: &mut Scheduler<C>,
     mut change: impl FnMut(&mut Scheduler<C>, u32, Instant) -> Result<(), CommitError>,
     mut watch: impl FnMut(&Scheduler<C>, &Entry),
-) -> Result<Replay, LogError> {
+) -> Result<Replay, Broken> {
     let (found, expected) = (log.header().capacities, Header::capacities_of::<C>());
     if found != expected {
-        return Err(LogError::Capacities { found, expected });
+        let error = LogError::Capacities { found, expected };
+        return Err(Broken { error, inputs: 0, actions: 0 });
     }
     let mut done = Replay { inputs: 0, actions: 0, difference: None };
     let mut before = VecDeque::with_capacity(CONTEXT);
-    while let Some(entry) = log.next_entry()? {
+    loop {
+        let (inputs, actions) = (done.inputs, done.actions);
+        let Some(entry) = log.next_entry().map_err(|error| Broken { error, inputs, actions })? else {
+            return Ok(done);
+        };
         done.inputs += 1;
         let now = feed(scheduler, &entry, &mut change);
         // Nothing depends on them.
@@ -62,14 +96,13 @@ pub fn replay<C: Capacity, R: Read>(
             done.difference = Some(Difference { input: done.inputs, before, recorded: entry, now });
             return Ok(done);
         }
-        done.actions += u64::from(matches!(now, Answer::Polled(Some(_)) | Answer::Outcome(Some(_))));
+        done.actions += u64::from(now.is_action());
         watch(scheduler, &entry);
         if before.len() == CONTEXT {
             before.pop_front();
         }
         before.push_back(entry);
     }
-    Ok(done)
 }
 
 fn feed<C: Capacity>(
@@ -78,13 +111,21 @@ fn feed<C: Capacity>(
     change: &mut impl FnMut(&mut Scheduler<C>, u32, Instant) -> Result<(), CommitError>,
 ) -> Answer {
     let now = entry.now;
+    // Here there is time to ask for the members of every unit.
+    let polled = |scheduler: &Scheduler<C>, action| Answer::of_poll(scheduler, action, &mut true);
     match entry.call {
         Call::Release { task, at, capture } => Answer::Released(scheduler.release_at(task, at, capture, now)),
         Call::Complete(unit) => Answer::Reported(scheduler.complete(unit, now)),
         Call::Fail(unit) => Answer::Reported(scheduler.fail(unit, now)),
-        Call::Poll(None) => Answer::Polled(scheduler.poll(now)),
-        Call::Poll(Some(lane)) => Answer::Polled(scheduler.poll_on(lane, now)),
-        Call::TakeOutcome => Answer::Outcome(scheduler.take_outcome()),
+        Call::Poll(None) => {
+            let action = scheduler.poll(now);
+            polled(scheduler, action)
+        }
+        Call::Poll(Some(lane)) => {
+            let action = scheduler.poll_on(lane, now);
+            polled(scheduler, action)
+        }
+        Call::TakeOutcome => scheduler.take_outcome().map_or(Answer::Nothing, Answer::Ended),
         Call::Edit(number) => Answer::Edited(change(scheduler, number, now)),
         Call::Retire(lane) => Answer::Done(scheduler.retire_lane(lane)),
         Call::Restore(lane) => Answer::Done(scheduler.restore_lane(lane)),

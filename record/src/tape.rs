@@ -1,15 +1,18 @@
 //! The side under the lock: entries into chunks, full chunks into a mailbox.
 
 use crate::entry::Entry;
+use crate::started::Started;
 use crate::words::{Books, LONGEST};
 use red_core::{Instant, LaneId, UnitId};
 use red_sync::Mailbox;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Words of a chunk: some thousand entries.
 pub(crate) const CHUNK: usize = 8192;
-/// Chunks of a tape: 4 MiB, or some 0.3 s of one lane whose bodies take two microseconds.
+/// Chunks of a tape: 4 MiB, or a second of one lane whose bodies take two microseconds, a word for each.
 pub(crate) const CHUNKS: usize = 64;
+
 /// Words on their way to the file.
 pub(crate) struct Chunk {
     words: Box<[u64; CHUNK]>,
@@ -68,6 +71,8 @@ pub(crate) enum Letter {
 pub(crate) struct Exchange {
     pub(crate) full: Mailbox<Letter, { 2 * CHUNKS }>,
     pub(crate) empty: Mailbox<Chunk, CHUNKS>,
+    /// The writer has nothing to do and asks for what there is, full or not.
+    pub(crate) wanted: AtomicBool,
 }
 
 /// Takes the entries of one scheduler, under whatever lock that has.
@@ -79,22 +84,33 @@ pub struct Tape {
     chunk: Chunk,
     books: Books,
     dropped: u64,
+    /// Whether the scheduler's places for results were full once.
+    full: bool,
 }
 
 impl Tape {
     /// A tape and the exchange that its chunks go through.
     pub(crate) fn new() -> (Self, Arc<Exchange>) {
-        let exchange = Arc::new(Exchange { full: Mailbox::new(), empty: Mailbox::new() });
+        let exchange = Arc::new(Exchange {
+            full: Mailbox::new(),
+            empty: Mailbox::new(),
+            wanted: AtomicBool::new(false),
+        });
         if let Some(post) = exchange.empty.claim() {
             while post.push(Chunk::new()).is_ok() {}
         }
         let chunk = exchange.empty.pop().unwrap_or_else(Chunk::new);
-        (Self { exchange: exchange.clone(), chunk, books: Books::new(), dropped: 0 }, exchange)
+        (Self { exchange: exchange.clone(), chunk, books: Books::new(), dropped: 0, full: false }, exchange)
     }
 
     /// The time of the last entry, for calls that are given none.
     pub(crate) const fn now(&self) -> Instant {
         self.books.now()
+    }
+
+    /// For [`Started::of`].
+    pub(crate) const fn full(&mut self) -> &mut bool {
+        &mut self.full
     }
 
     /// A call whose answer is as nearly always: the beginning of a turn.
@@ -105,8 +121,8 @@ impl Tape {
 
     /// Its middle.
     #[inline(always)]
-    pub(crate) fn dispatched(&mut self, lane: LaneId, unit: UnitId, now: Instant) -> bool {
-        self.books.go_on_turn(lane, unit, now)
+    pub(crate) fn dispatched(&mut self, lane: LaneId, started: &Started, now: Instant) -> bool {
+        self.books.go_on_turn(lane, started, now)
     }
 
     /// Its end. Nothing was written since it began, so that there is still room.
@@ -118,7 +134,8 @@ impl Tape {
     /// Any entry.
     #[inline(never)]
     pub(crate) fn put(&mut self, entry: &Entry) {
-        if !self.chunk.has_room() {
+        // A writer that does not come along asks for nothing: half empty chunks are no reason for a drop.
+        if !self.chunk.has_room() || self.exchange.wanted.load(Ordering::Relaxed) {
             self.hand_over();
         }
         if !self.chunk.has_room() {
@@ -131,8 +148,9 @@ impl Tape {
         self.books.encode(entry, &mut self.chunk);
     }
 
-    /// The chunk is full: another one, if there is one, and else that is the end.
+    /// The chunk is full or wanted: another one, if there is one, and else a full one is the end.
     fn hand_over(&mut self) {
+        self.exchange.wanted.store(false, Ordering::Relaxed);
         // Once an entry was dropped none is taken any more: it would be freed here.
         if self.dropped == 0
             && let Some(empty) = self.exchange.empty.pop()

@@ -1,20 +1,23 @@
 //! Entries as words: what is expected costs one word, and a lane's usual turn one for all its calls (`turn.rs`).
 //!
 //! ```text
-//! bits  0..4 call | 4..8 code of the answer | 8..14 lane | 14..20 other lane | 20..28 node | 28..64 time since before
+//! bits  0..4 call | 4..8 code of the answer | 8..14 lane | 14..20 other lane, or place of a job | 20..28 node
+//!       28..64 time since before
 //! ```
 //!
 //! A unit is expected when it is the next one of the scheduler (dispatched), or the last one of its lane (reported);
 //! both sides keep the same books. Whatever is not expected follows in words of its own.
 
+mod codes;
+mod figures;
+mod polls;
 mod turn;
 
 use crate::entry::{Answer, Call, Entry, back, then};
 use crate::tape::Chunk;
-use red_core::{
-    Action, CommitError, CompleteError, Counters, Dispatch, Instant, JobId, LaneId, Outcome, ReleaseError,
-    ShedReason, TaskId, UnitId,
-};
+use codes::{COMMIT, RELEASE, REPORT, code, result, tag};
+use figures::{bits, numbers, put_outcome, take_counters, take_outcome};
+use red_core::{Instant, JobId, LaneId, TaskId, UnitId};
 
 /// Words that are written for one entry at most: what was held back, its time, its head and an outcome.
 pub(crate) const LONGEST: usize = 12;
@@ -24,55 +27,8 @@ const LANES: usize = 32;
 const STEP: u64 = 1 << 36;
 /// In the place of a lane: none.
 const NO_LANE: u64 = 63;
-/// In the place of the other lane: the unit follows.
-const SPELLED: u64 = 62;
-/// An answer that this version has no code for.
-const UNKNOWN: u64 = 15;
-
-const RELEASE: [ReleaseError; 3] = [ReleaseError::UnknownTask, ReleaseError::Full, ReleaseError::Overflow];
-const REPORT: [CompleteError; 3] = [CompleteError::Stale, CompleteError::NotRunning, CompleteError::Late];
-const COMMIT: [CommitError; 7] = [
-    CommitError::UnknownTask,
-    CommitError::Conflict,
-    CommitError::Busy,
-    CommitError::Empty,
-    CommitError::UnknownPool,
-    CommitError::Memory,
-    CommitError::Unschedulable,
-];
-const SHED: [ShedReason; 7] = [
-    ShedReason::Hopeless,
-    ShedReason::Overload,
-    ShedReason::Urgency,
-    ShedReason::Full,
-    ShedReason::Late,
-    ShedReason::Fault,
-    ShedReason::Removed,
-];
-
-/// The first four bits of a head. The numbers are the format.
-mod tag {
-    pub(super) const TIME: u64 = 0;
-    pub(super) const RELEASE: u64 = 1;
-    pub(super) const COMPLETE: u64 = 2;
-    pub(super) const FAIL: u64 = 3;
-    pub(super) const POLL: u64 = 4;
-    pub(super) const TAKE_OUTCOME: u64 = 5;
-    pub(super) const EDIT: u64 = 6;
-    pub(super) const RETIRE: u64 = 7;
-    pub(super) const RESTORE: u64 = 8;
-    pub(super) const REMOVE: u64 = 9;
-    pub(super) const END: u64 = 10;
-    pub(super) const TURN: u64 = 11;
-}
-
-/// Codes of what a poll answers.
-mod action {
-    pub(super) const NOTHING: u64 = 0;
-    pub(super) const DISPATCH: u64 = 1;
-    pub(super) const PREEMPT: u64 = 2;
-    pub(super) const ENDED: u64 = 3;
-}
+/// Jobs of a scheduler at most.
+const JOBS: usize = 64;
 
 /// What both sides know of the entries so far.
 #[derive(Clone, Debug)]
@@ -80,6 +36,8 @@ pub(crate) struct Books {
     now: Instant,
     sequence: u64,
     lanes: [UnitId; LANES],
+    /// The job that was released last in each place: units are of no other.
+    jobs: [JobId; JOBS],
     /// Writing: the head of a turn whose end has not come yet; 0 is none.
     turn: u64,
     /// Reading: what is left of a turn.
@@ -102,21 +60,12 @@ impl Head {
     }
 
     const fn on(self, lane: LaneId) -> Self {
-        Self { lane: lane.index() as u64 & NO_LANE, ..self }
+        Self { lane: place(lane), ..self }
     }
-}
 
-fn code<T, E: PartialEq>(result: Result<T, E>, errors: &[E]) -> u64 {
-    match result {
-        Ok(_) => 0,
-        Err(error) => errors.iter().position(|e| *e == error).map_or(UNKNOWN, |at| at as u64 + 1),
-    }
-}
-
-fn result<E: Copy>(code: u64, errors: &[E]) -> Option<Result<(), E>> {
-    match code.checked_sub(1) {
-        None => Some(Ok(())),
-        Some(at) => errors.get(usize::try_from(at).ok()?).copied().map(Err),
+    /// Its word, so long after the entry before.
+    const fn word(self, step: u64) -> u64 {
+        self.tag | self.code << 4 | self.lane << 8 | self.other << 14 | self.node << 20 | step << 28
     }
 }
 
@@ -126,6 +75,7 @@ impl Books {
             now: Instant::ZERO,
             sequence: 0,
             lanes: [UnitId::from_bits(0); LANES],
+            jobs: [JobId::from_bits(0); JOBS],
             turn: 0,
             rest: [None; 2],
         }
@@ -155,9 +105,7 @@ impl Books {
         self.break_turn(out);
         let step = entry.now.as_nanos().wrapping_sub(self.now.as_nanos());
         self.now = entry.now;
-        let mut head = |h: Head| {
-            out.head(h.tag | h.code << 4 | h.lane << 8 | h.other << 14 | h.node << 20 | step << 28, 1);
-        };
+        let mut head = |h: Head| out.head(h.word(step), 1);
         match (entry.call, entry.answer) {
             (Call::Complete(unit), Answer::Reported(answer)) => {
                 let h = Head::new(tag::COMPLETE, code(answer, &REPORT));
@@ -172,32 +120,7 @@ impl Books {
                 head(Head::new(tag::FAIL, code(answer, &REPORT)));
                 out.more(unit.to_bits());
             }
-            (Call::Poll(lane), Answer::Polled(answer)) => {
-                let h = Head { lane: lane.map_or(NO_LANE, place), ..Head::new(tag::POLL, action::NOTHING) };
-                match answer {
-                    None => head(h),
-                    Some(Action::Dispatch(Dispatch { unit, .. })) if self.is_next(unit) => {
-                        let (other, node) = (place(unit.lane()), unit.node().index() as u64);
-                        head(Head { code: action::DISPATCH, other, node, ..h });
-                    }
-                    Some(Action::Dispatch(Dispatch { unit, .. })) => {
-                        head(Head { code: action::DISPATCH, other: SPELLED, ..h });
-                        out.more(unit.to_bits());
-                    }
-                    Some(Action::Preempt(Dispatch { unit, .. })) => {
-                        head(Head { code: action::PREEMPT, ..h });
-                        out.more(unit.to_bits());
-                    }
-                    Some(Action::Ended(outcome)) => {
-                        head(Head { code: action::ENDED, ..h });
-                        put_outcome(&outcome, entry.now, out);
-                    }
-                    Some(_) => head(Head { code: UNKNOWN, ..h }),
-                }
-                if let Some(Action::Dispatch(started)) = answer {
-                    self.started(started.unit);
-                }
-            }
+            (Call::Poll(lane), answer) => self.encode_poll((entry.now, step), lane, &answer, out),
             (Call::Release { task, at, capture }, Answer::Released(answer)) => {
                 let h = Head::new(tag::RELEASE, code(answer, &RELEASE));
                 head(Head { other: u64::from(capture.is_some()), ..h });
@@ -205,16 +128,16 @@ impl Books {
                 out.more(back(entry.now, at));
                 if let Ok(job) = answer {
                     out.more(job.to_bits().into());
+                    self.released(job);
                 }
                 if let Some(capture) = capture {
                     out.more(capture);
                 }
             }
-            (Call::TakeOutcome, Answer::Outcome(answer)) => {
-                head(Head::new(tag::TAKE_OUTCOME, answer.is_some().into()));
-                if let Some(outcome) = answer {
-                    put_outcome(&outcome, entry.now, out);
-                }
+            (Call::TakeOutcome, Answer::Nothing) => head(Head::new(tag::TAKE_OUTCOME, 0)),
+            (Call::TakeOutcome, Answer::Ended(outcome)) => {
+                head(Head::new(tag::TAKE_OUTCOME, 1));
+                put_outcome(&outcome, entry.now, out);
             }
             (Call::Edit(number), Answer::Edited(answer)) => {
                 head(Head::new(tag::EDIT, code(answer, &COMMIT)));
@@ -230,7 +153,7 @@ impl Books {
                 head(Head::new(tag::END, 0));
                 numbers(&counters).into_iter().for_each(|number| out.more(number));
             }
-            // No call has another's answer: `Recorded` makes the pairs.
+            // No call has another's answer: `Recorder` makes the pairs.
             _ => {}
         }
     }
@@ -262,37 +185,17 @@ impl Books {
                 let unit = if asked.is_some() { last } else { Some(UnitId::from_bits(next()?)) };
                 unit.zip(result(code, &REPORT)).map(|(u, r)| (Call::Complete(u), Answer::Reported(r)))
             }
-            tag::TURN => asked.and_then(|lane| self.read_turn(code, lane, node)),
+            tag::TURN => asked.and_then(|lane| self.read_turn(code, lane, node, other)),
             tag::FAIL => {
                 let call = Call::Fail(UnitId::from_bits(next()?));
                 result(code, &REPORT).map(|answer| (call, Answer::Reported(answer)))
             }
-            tag::POLL => {
-                let unit = match code {
-                    action::DISPATCH if other != SPELLED => self.expected(other, node),
-                    action::DISPATCH | action::PREEMPT => UnitId::from_bits(next()?),
-                    _ => UnitId::from_bits(0),
-                };
-                let dispatch = Dispatch { unit, lane: unit.lane() };
-                let answer = match code {
-                    action::NOTHING => Some(None),
-                    action::DISPATCH => {
-                        self.started(unit);
-                        Some(Some(Action::Dispatch(dispatch)))
-                    }
-                    action::PREEMPT => Some(Some(Action::Preempt(dispatch))),
-                    action::ENDED => {
-                        take_outcome(now, &mut next)?.map(|outcome| Some(Action::Ended(outcome)))
-                    }
-                    _ => None,
-                };
-                answer.map(|answer| (Call::Poll(asked), Answer::Polled(answer)))
-            }
+            tag::POLL => self.decode_poll(asked, Head { tag: tag::POLL, code, lane, other, node }, next)?,
             tag::RELEASE => {
                 let task = bits(next()?).map(TaskId::from_bits);
                 let at = then(now, next()?);
                 let answer = match result(code, &RELEASE) {
-                    Some(Ok(())) => bits(next()?).map(|job| Ok(JobId::from_bits(job))),
+                    Some(Ok(())) => bits(next()?).map(|job| Ok(self.released(JobId::from_bits(job)))),
                     Some(Err(error)) => Some(Err(error)),
                     None => None,
                 };
@@ -300,9 +203,10 @@ impl Books {
                 let call = task.map(|task| Call::Release { task, at, capture });
                 call.zip(answer.map(Answer::Released))
             }
-            tag::TAKE_OUTCOME if code == 0 => Some((Call::TakeOutcome, Answer::Outcome(None))),
-            tag::TAKE_OUTCOME => take_outcome(now, &mut next)?
-                .map(|outcome| (Call::TakeOutcome, Answer::Outcome(Some(outcome)))),
+            tag::TAKE_OUTCOME if code == 0 => Some((Call::TakeOutcome, Answer::Nothing)),
+            tag::TAKE_OUTCOME => {
+                take_outcome(now, next)?.map(|outcome| (Call::TakeOutcome, Answer::Ended(outcome)))
+            }
             tag::EDIT => {
                 let call = bits(next()?).map(Call::Edit);
                 call.zip(result(code, &COMMIT).map(Answer::Edited))
@@ -310,16 +214,7 @@ impl Books {
             tag::RETIRE => asked.map(|lane| (Call::Retire(lane), yes)),
             tag::RESTORE => asked.map(|lane| (Call::Restore(lane), yes)),
             tag::REMOVE => bits(next()?).map(|task| (Call::Remove(TaskId::from_bits(task)), yes)),
-            tag::END => {
-                let mut counters = Counters::default();
-                counters.units = next()?;
-                counters.encoder_runs_saved = next()?;
-                counters.overruns = next()?;
-                counters.clock_steps_back = next()?;
-                counters.late_completions = next()?;
-                counters.evictions = next()?;
-                Some((Call::End, Answer::Counters(counters)))
-            }
+            tag::END => Some((Call::End, Answer::Counters(take_counters(next)?))),
             _ => None,
         };
         Ok(pair.map(|(call, answer)| Entry { now, call, answer }))
@@ -334,60 +229,19 @@ impl Books {
         unit.to_bits() >> 16 == self.sequence.wrapping_add(1)
     }
 
-    /// The next unit, of this lane and node.
-    const fn expected(&self, lane: u64, node: u64) -> UnitId {
-        UnitId::from_bits(self.sequence.wrapping_add(1) << 16 | node << 8 | lane)
-    }
-
     fn started(&mut self, unit: UnitId) {
         self.sequence = unit.to_bits() >> 16;
         self.lanes[unit.lane().index() % LANES] = unit;
+    }
+
+    const fn released(&mut self, job: JobId) -> JobId {
+        self.jobs[job.index() % JOBS] = job;
+        job
     }
 }
 
 const fn place(lane: LaneId) -> u64 {
     lane.index() as u64 & NO_LANE
-}
-
-/// An id of 32 bits.
-fn bits(word: u64) -> Option<u32> {
-    u32::try_from(word).ok()
-}
-
-fn numbers(c: &Counters) -> [u64; 6] {
-    [c.units, c.encoder_runs_saved, c.overruns, c.clock_steps_back, c.late_completions, c.evictions]
-}
-
-fn put_outcome(outcome: &Outcome, now: Instant, out: &mut Chunk) {
-    out.more(outcome.job.to_bits().into());
-    let shed = SHED.iter().position(|reason| outcome.shed == Some(*reason)).map_or(0, |at| at as u64 + 1);
-    out.more(u64::from(outcome.task.to_bits()) << 4 | shed);
-    out.more(outcome.index);
-    out.more(back(now, outcome.release));
-    out.more(back(outcome.release, outcome.deadline));
-    out.more(back(now, outcome.at));
-}
-
-fn take_outcome<E>(now: Instant, mut next: impl FnMut() -> Result<u64, E>) -> Result<Option<Outcome>, E> {
-    let (job, word, index) = (bits(next()?), next()?, next()?);
-    let release = then(now, next()?);
-    // The deadline counts from the release: the same distance for all jobs of a task.
-    let deadline = then(release, next()?);
-    let at = then(now, next()?);
-    let shed = match (word & 15).checked_sub(1) {
-        None => Some(None),
-        Some(reason) => SHED.get(reason as usize).map(|reason| Some(*reason)),
-    };
-    let ids = job.zip(bits(word >> 4));
-    Ok(ids.zip(shed).map(|((job, task), shed)| Outcome {
-        job: JobId::from_bits(job),
-        task: TaskId::from_bits(task),
-        index,
-        release,
-        deadline,
-        at,
-        shed,
-    }))
 }
 
 #[cfg(test)]

@@ -8,39 +8,26 @@
 //! blocks: entries u32, length u32, crc u32, words          one per chunk, to the end of the file
 //! ```
 //!
-//! Integers are little-endian, checksums CRC-32, words of entries LEB128. A log whose state is not [`CLOSED`] belongs to
-//! a program that was killed, or that still runs.
+//! Integers are little-endian, checksums CRC-32, words of entries LEB128. The state says whether the log is whole, or why
+//! not (`totals.rs`). One that is still open belongs to a program that was killed, or that still runs; so that its
+//! inputs up to then are there, a block is asked for once a second even if its chunk is not full.
 
 use crate::header::{FORMAT, Header, MAGIC};
 use crate::tape::{Chunk, Exchange, Letter, Tape};
-use serde::Serialize;
+use crate::totals::{Cut, LARGEST, TOTALS, Totals};
 use std::fs::File;
 use std::io::{self, Seek, SeekFrom, Write};
 use std::path::Path;
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-/// State of a log whose totals are final.
-pub(crate) const CLOSED: u32 = u32::from_le_bytes(*b"DONE");
-/// Bytes of the totals.
-pub(crate) const TOTALS: usize = 24;
-/// A log grows to so many bytes and then drops.
-const LARGEST: u64 = 1 << 32;
 /// Between two looks for chunks.
 const LOOK: Duration = Duration::from_millis(5);
 
-/// How much was recorded.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
-pub struct Totals {
-    /// Inputs in the log.
-    #[serde(rename = "inputs")]
-    pub entries: u64,
-    /// Inputs that are not in the log, all of them after those that are.
-    pub dropped: u64,
-    /// Bytes of the file.
-    pub bytes: u64,
-}
+/// So many looks apart, what is in a chunk is asked for.
+const LOOKS: u32 = 200;
 
 /// Writes a log on a thread of its own.
 #[derive(Debug)]
@@ -57,7 +44,7 @@ impl Writer {
         let mut file = File::create(path)?;
         let head = head(header)?;
         file.write_all(&head)?;
-        file.write_all(&totals(Totals::default(), 0))?;
+        file.write_all(&Totals::to_bytes(None))?;
         let (tape, exchange) = Tape::new();
         let at = head.len() as u64;
         let log =
@@ -70,9 +57,10 @@ impl Writer {
     /// totals, and why in the second place.
     #[must_use]
     pub fn finish(self) -> (Totals, Option<io::Error>) {
-        self.thread
-            .join()
-            .unwrap_or_else(|_| (Totals::default(), Some(io::Error::other("the writer panicked"))))
+        self.thread.join().unwrap_or_else(|_| {
+            let totals = Totals { cut: Some(Cut::Failed), ..Totals::default() };
+            (totals, Some(io::Error::other("the writer panicked")))
+        })
     }
 }
 
@@ -85,15 +73,6 @@ fn head(header: &Header) -> io::Result<Vec<u8>> {
     head.extend(crc32fast::hash(&text).to_le_bytes());
     head.extend(text);
     Ok(head)
-}
-
-fn totals(totals: Totals, state: u32) -> Vec<u8> {
-    let mut bytes = Vec::with_capacity(TOTALS);
-    bytes.extend(totals.entries.to_le_bytes());
-    bytes.extend(totals.dropped.to_le_bytes());
-    bytes.extend(state.to_le_bytes());
-    bytes.extend(crc32fast::hash(&bytes).to_le_bytes());
-    bytes
 }
 
 /// Seven bits a byte, lowest first, the eighth bit where more follow.
@@ -117,6 +96,7 @@ struct Log {
 impl Log {
     fn fill(mut self, exchange: &Arc<Exchange>) -> (Totals, Option<io::Error>) {
         let mut block = Vec::new();
+        let mut looks = 0;
         loop {
             match exchange.full.pop() {
                 Some(Letter::Chunk(mut chunk)) => {
@@ -128,13 +108,24 @@ impl Log {
                     }
                 }
                 Some(Letter::End(dropped)) => {
-                    self.totals.dropped += dropped;
+                    if dropped > 0 {
+                        self.totals.dropped += dropped;
+                        self.totals.cut.get_or_insert(Cut::Slow);
+                    }
                     break;
                 }
-                None => thread::sleep(LOOK),
+                None => {
+                    looks += 1;
+                    if looks == LOOKS {
+                        looks = 0;
+                        exchange.wanted.store(true, Ordering::Relaxed);
+                    }
+                    thread::sleep(LOOK);
+                }
             }
         }
         if let Err(e) = self.close() {
+            self.totals.cut.get_or_insert(Cut::Failed);
             self.failed.get_or_insert(e);
         }
         (self.totals, self.failed)
@@ -159,6 +150,10 @@ impl Log {
                 self.file.write_all(block)
             };
             self.failed = written.err();
+            if let Some(e) = &self.failed {
+                let is_too_large = e.kind() == io::ErrorKind::FileTooLarge;
+                self.totals.cut = Some(if is_too_large { Cut::TooLarge } else { Cut::Failed });
+            }
         }
         if self.failed.is_none() {
             self.totals.entries += chunk.entries();
@@ -168,11 +163,12 @@ impl Log {
         }
     }
 
-    /// Cuts off what was half written, and writes the totals in place: that needs no room on the disk.
+    /// Cuts off what was half written, and writes the totals into their place, which they have had since the beginning:
+    /// most disks that are full take them all the same. Where one does not, the log stays open.
     fn close(&mut self) -> io::Result<()> {
         self.file.set_len(self.totals.bytes)?;
         self.file.seek(SeekFrom::Start(self.at))?;
-        self.file.write_all(&totals(self.totals, CLOSED))?;
+        self.file.write_all(&Totals::to_bytes(Some(self.totals)))?;
         self.file.sync_data()
     }
 }

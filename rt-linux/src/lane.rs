@@ -14,7 +14,7 @@ use crate::waiting::Next;
 use crate::watchdog::{Armed, Bound};
 use core::sync::atomic::Ordering;
 use red_core::{Action, Capacity, Instant, LaneId, Scheduler, UnitId};
-use red_record::Recorded;
+use red_record::Recorder;
 use red_sync::{Exclusive, Requests};
 
 /// Bound of a body: this many times its WCET, and a fixed part.
@@ -111,7 +111,7 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
             shared.host.with(|held| {
                 // A body that came back after the end of the run finds nobody any more.
                 let host = held.host.as_mut()?;
-                let scheduler = &mut Recorded::new(scheduler, held.tape.as_mut());
+                let scheduler = &mut Recorder::new(scheduler, held.tape.as_mut());
                 // Read under the lock, so that time goes the way of the lock.
                 let now = Instant::from_nanos(shared.waiting.now());
                 self.report(scheduler, host, done, now);
@@ -139,7 +139,7 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
     /// What ended, and which lanes were lost or got a spare.
     fn report(
         &self,
-        scheduler: &mut Recorded<'_, C>,
+        scheduler: &mut Recorder<'_, C>,
         host: &mut H,
         done: Option<(UnitId, bool)>,
         now: Instant,
@@ -162,7 +162,7 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
     /// Releases what is due and fills the lanes. This lane's unit, and whether the clock's next instant came nearer.
     fn decide(
         &self,
-        scheduler: &mut Recorded<'_, C>,
+        scheduler: &mut Recorder<'_, C>,
         requests: &mut Requests<'_, DEPTH>,
         timeline: &mut Timeline,
         host: &mut H,

@@ -18,7 +18,7 @@ use crate::waiting::Waiting;
 use crate::watchdog::{Slot, Watchdog};
 use core::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use red_core::{Capacity, Instant, Scheduler, TaskId};
-use red_record::{Recorded, Tape};
+use red_record::{Recorder, Tape};
 use red_sync::{Exclusive, Request, SharedScheduler, TicketLock};
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -222,14 +222,14 @@ where
     let host = shared.scheduler.with(|scheduler, requests| {
         shared.host.with(|held| {
             let (mut host, mut tape) = (held.host.take()?, held.tape.take());
-            let scheduler = &mut Recorded::new(scheduler, tape.as_mut());
+            let scheduler = &mut Recorder::new(scheduler, tape.as_mut());
             if stopped_by.is_none() && gave_up.is_none() {
                 // What no lane came to within the bound is told as released, too.
                 let now = Instant::from_nanos(now);
                 take_requests(scheduler, requests, &mut host, now);
                 held.timeline.release(scheduler, &mut host, now);
             }
-            scheduler.end();
+            scheduler.end(Instant::from_nanos(now));
             Some(host)
         })
     });

@@ -7,7 +7,7 @@ use crate::waiting::Waiting;
 use crate::watchdog::Slot;
 use core::sync::atomic::{AtomicBool, AtomicU64};
 use red_core::{Capacity, Instant, LaneId, ReleaseError, Scheduler};
-use red_record::{Recorded, Tape};
+use red_record::{Recorder, Tape};
 use red_sync::{Exclusive, Requests, SharedScheduler, TicketLock};
 use std::sync::Arc;
 use std::thread;
@@ -54,7 +54,7 @@ impl<C: Capacity, H, L: Exclusive<Scheduler<C>>> Shared<C, H, L> {
     }
 
     /// Fails the units of lanes whose bodies passed their bounds; their lanes start nothing until a spare comes.
-    pub(crate) fn fail_overdue(&self, scheduler: &mut Recorded<'_, C>, now: Instant) {
+    pub(crate) fn fail_overdue(&self, scheduler: &mut Recorder<'_, C>, now: Instant) {
         for (i, seat) in self.waiting.seats.iter().enumerate() {
             if self.spares.finds_overdue(seat) {
                 // Its body may have come back at this very moment; then there is nothing to fail.
@@ -77,7 +77,7 @@ impl<C: Capacity, H, L: Exclusive<Scheduler<C>>> Shared<C, H, L> {
     }
 
     /// A spare takes its lane over. To be called under the lock, after [`Self::fail_overdue`].
-    pub(crate) fn take_over(&self, scheduler: &mut Recorded<'_, C>, lane: usize, thread: u64) {
+    pub(crate) fn take_over(&self, scheduler: &mut Recorder<'_, C>, lane: usize, thread: u64) {
         if self.spares.takes_over(lane, &self.waiting.seats[lane], thread) {
             scheduler.restore_lane(LaneId::new(lane as u8));
         }
@@ -86,7 +86,7 @@ impl<C: Capacity, H, L: Exclusive<Scheduler<C>>> Shared<C, H, L> {
 
 /// Releases what was asked for from outside. When the first of it was, in nanoseconds; at the end of time for nothing.
 pub(crate) fn take_requests<C: Capacity>(
-    scheduler: &mut Recorded<'_, C>,
+    scheduler: &mut Recorder<'_, C>,
     requests: &mut Requests<'_, DEPTH>,
     host: &mut impl Host<C>,
     now: Instant,

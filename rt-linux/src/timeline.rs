@@ -1,7 +1,7 @@
 //! What comes by the clock: periodic releases and changes, and what a run keeps of its jobs.
 
 use red_core::{Capacity, Event, Instant, Outcome, ReleaseError, TaskId};
-use red_record::Recorded;
+use red_record::Recorder;
 
 /// What the host of a run does under the scheduler's lock. Nothing here may allocate, wait or log.
 pub trait Host<C: Capacity>: Send {
@@ -13,7 +13,7 @@ pub trait Host<C: Capacity>: Send {
 
     /// Graph edits that are due; called at every turn, before the releases of the same instant and after jobs
     /// ended.
-    fn due(&mut self, scheduler: &mut Recorded<'_, C>, now: Instant) {
+    fn due(&mut self, scheduler: &mut Recorder<'_, C>, now: Instant) {
         let _unused = (scheduler, now);
     }
 
@@ -67,7 +67,7 @@ impl Timeline {
     /// Releases everything that is due, in the order of instants and then of tasks. Returns the earliest.
     pub(crate) fn release<C: Capacity>(
         &mut self,
-        scheduler: &mut Recorded<'_, C>,
+        scheduler: &mut Recorder<'_, C>,
         host: &mut impl Host<C>,
         now: Instant,
     ) -> Option<u64> {

@@ -15,7 +15,7 @@ use red_core::{
     Bytes, Caps, CommitError, Config, Dag, Duration, Event, Frame, Instant, Node, NodeId, Outcome, PoolId,
     Scheduler, TaskId, Timing, Wcet,
 };
-use red_record::{Header, Recorded, Writer};
+use red_record::{Header, Recorder, Writer};
 use red_rt::handler::{Failed, Handler, Work};
 use red_rt::runtime::{Control, Mode, Setup, run};
 use red_rt::timeline::{Host, Releases};
@@ -84,7 +84,7 @@ impl Host<Small> for Editor {
         Some(self.next_ns)
     }
 
-    fn due(&mut self, scheduler: &mut Recorded<'_, Small>, now: Instant) {
+    fn due(&mut self, scheduler: &mut Recorder<'_, Small>, now: Instant) {
         if now.as_nanos() >= self.next_ns {
             self.next_ns = now.as_nanos() + EDIT_NS;
             // Where the version before the last still has jobs, the next time.

@@ -7,7 +7,7 @@ use std::process;
 use std::time;
 
 use red_core::{Action, Capacity, Instant, LaneId, PoolId, Scheduler};
-use red_record::{Header, Recorded, Tape, Writer};
+use red_record::{Header, Recorder, Tape, Writer};
 
 use super::{BARE, admit, dag};
 use crate::measure::{Runner, fill};
@@ -61,7 +61,7 @@ pub(super) fn build<C: Capacity>(setup: &Setup<'_>, records: bool) -> Result<Run
     Ok(Box::new(move |runs, samples| {
         let mut completed = true;
         let tape = log.as_mut().and_then(|log| log.tape.as_mut());
-        let mut scheduler = Recorded::new(&mut scheduler, tape);
+        let mut scheduler = Recorder::new(&mut scheduler, tape);
         fill(samples, || {
             for _ in 0..runs {
                 let at = now();

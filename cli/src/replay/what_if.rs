@@ -27,9 +27,10 @@ impl FromStr for Change {
     fn from_str(text: &str) -> Result<Self, String> {
         let (key, value) = text.split_once('=').ok_or(EXPECTED)?;
         let (key, name) = match key.split_once('.') {
-            Some((key, name)) => (key, Some(name.to_owned())),
+            Some((key, name)) => (key, Some(name.trim().to_owned())),
             None => (key, None),
         };
+        let (key, value) = (key.trim(), value.trim());
         match key {
             "policy" if name.is_none() => value.parse().map(Self::Policy),
             "deadline" => options::duration_ns(value).map(|ns| Self::Deadline(name, ns)),

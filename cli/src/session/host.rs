@@ -3,7 +3,7 @@
 
 use super::faults::Faults;
 use red_core::{Capacity, CommitError, Event, EventKind, Instant, Outcome, TaskId};
-use red_record::Recorded;
+use red_record::Recorder;
 use red_rt::timeline::Host;
 use red_workload::build::{self, Change};
 use red_workload::metrics::TaskLog;
@@ -101,7 +101,7 @@ impl<C: Capacity> Host<C> for Notes {
         self.changes.iter().map(|(_, change)| change).find(later).map(|change| change.at.as_nanos())
     }
 
-    fn due(&mut self, scheduler: &mut Recorded<'_, C>, now: Instant) {
+    fn due(&mut self, scheduler: &mut Recorder<'_, C>, now: Instant) {
         self.looked_at = Some(now);
         // Edits of one task keep their order; one that is held back holds back only those of its own task.
         let (mut held, mut i) = (0u64, 0);

@@ -1,10 +1,13 @@
 //! The log of a run: begun before real time starts, closed after it.
 
 use super::{Options, Robot, SessionError};
+use crate::outcome::Failure;
+use crate::progress;
 use crate::regular;
 use red_record::{Header, Tape, Totals, Writer};
 use red_rt::runtime::Mode;
 use red_workload::{Format, Source, shown_path};
+use serde::Serialize;
 use std::path::{Path, PathBuf};
 
 /// A log that is being written.
@@ -15,10 +18,23 @@ pub(crate) struct Recording {
 
 /// A log that is closed.
 #[derive(Debug)]
-pub(crate) struct Recorded {
-    pub(crate) totals: Totals,
+pub(crate) struct ClosedLog {
+    totals: Totals,
     path: PathBuf,
     failed: Option<std::io::Error>,
+}
+
+/// A log in numbers, as `run --json` prints it.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct LogSummary {
+    /// Inputs in the log.
+    inputs: u64,
+    /// Inputs that are not in the log, all of them after those that are.
+    dropped: u64,
+    /// Bytes of the file.
+    bytes: u64,
+    /// Why the log cannot be replayed, if it cannot.
+    failed: Option<String>,
 }
 
 impl Recording {
@@ -49,29 +65,49 @@ impl Recording {
         Ok(Some((Self { path: path.to_owned(), writer }, tape)))
     }
 
-    /// Waits for the last byte; the run has ended.
-    pub(super) fn finish(self) -> Recorded {
-        let (totals, failed) = self.writer.finish();
-        Recorded { totals, path: self.path, failed }
+    /// Waits for the last byte; the run has ended. On a slow disk that takes a while.
+    pub(super) fn finish(self) -> ClosedLog {
+        let (totals, failed) = progress::during("writing the log", || self.writer.finish());
+        ClosedLog { totals, path: self.path, failed }
     }
 }
 
-impl Recorded {
+impl ClosedLog {
+    pub(super) fn summary(&self) -> LogSummary {
+        let Totals { entries, dropped, bytes, .. } = self.totals;
+        LogSummary { inputs: entries, dropped, bytes, failed: self.why() }
+    }
+
+    /// Why it cannot be replayed, if it cannot.
+    fn why(&self) -> Option<String> {
+        let cut = self.totals.cut?;
+        Some(match &self.failed {
+            Some(e) => format!("{cut}: {e}"),
+            None => cut.to_string(),
+        })
+    }
+
     /// What became of it, in words.
     pub(crate) fn words(&self) -> String {
-        let (Totals { entries, dropped, bytes }, path) = (self.totals, shown_path(&self.path));
-        let why = match &self.failed {
-            Some(e) => format!("{e}"),
-            None => "the disk did not keep up".to_owned(),
-        };
-        match dropped {
-            0 if self.failed.is_none() => {
-                format!("log: {path} ({entries} inputs, {bytes} bytes; `redrt replay` feeds them again)")
-            }
-            _ => format!(
+        let (Totals { entries, dropped, bytes, cut }, path) = (self.totals, shown_path(&self.path));
+        match (self.why(), cut) {
+            (Some(why), Some(cut)) => format!(
                 "log: {path} has the first {entries} inputs; {dropped} more were dropped ({why}), so it cannot be \
-                 replayed; record to a larger or faster disk"
+                 replayed to the end; {}",
+                cut.cure()
             ),
+            _ => format!("log: {path} ({entries} inputs, {bytes} bytes; `redrt replay` feeds them again)"),
+        }
+    }
+
+    /// A log that cannot be replayed was asked for in vain.
+    ///
+    /// # Errors
+    /// [`Failure::Machine`] with the reason.
+    pub(crate) fn is_whole(&self) -> Result<(), Failure> {
+        match self.why() {
+            Some(why) => Err(Failure::Machine(format!("`{}` is not whole: {why}", shown_path(&self.path)))),
+            None => Ok(()),
         }
     }
 }

@@ -1,10 +1,10 @@
 //! A run in numbers.
 
 use super::host::Notes;
+use super::record::LogSummary;
 use super::{Options, Robot};
 use crate::given_up::GivenUp;
 use red_core::{Instant, Scheduler, ShedReason};
-use red_record::Totals;
 use red_rt::report::RunReport;
 use red_workload::metrics::{TaskLog, TaskMetrics, summarise};
 use red_workload::model::Workload;
@@ -63,7 +63,7 @@ pub(crate) struct RunSummary {
     /// Jobs or events that the tables had no room for.
     pub(crate) notes_dropped: u64,
     /// How much was recorded, if the run was.
-    pub(crate) record: Option<Totals>,
+    pub(crate) record: Option<LogSummary>,
     /// The signal that ended the run early.
     pub(crate) stopped_by: Option<&'static str>,
     /// Why the run ended itself early.
@@ -97,7 +97,7 @@ pub(super) fn summary(
     options: &Options<'_>,
     notes: &Notes,
     figures: &RunReport,
-    record: Option<Totals>,
+    record: Option<LogSummary>,
     end_ns: u64,
 ) -> RunSummary {
     let until = Instant::from_nanos(options.duration_ns.min(end_ns));

@@ -315,10 +315,11 @@ fn row_59_logs_that_nobody_reads_or_that_fit_nowhere_stop_no_job() {
     let text = fs::read_to_string(&path).expect("UTF-8").replace("50ms", "1ms");
     let fast = crate::process::file("row-59-fast.toml", text.as_bytes());
     let arguments = ["--best-effort", "--duration", "3s", "--record", log.to_str().unwrap()];
-    let (logged, told) = summary(&run(&fast, &arguments).output().expect("the command starts"), 0);
+    let (logged, told) = summary(&run(&fast, &arguments).output().expect("the command starts"), 3);
     let [released, completed, shed] = jobs(&logged);
     assert_eq!((released, completed + shed), (3_000, 3_000), "{logged}");
     assert!(count(&logged["record"], "dropped") > 0 && count(&logged["record"], "inputs") > 0, "{logged}");
+    assert!(logged["record"]["failed"].as_str().expect("why").contains("No space left"), "{logged}");
     assert!(told.contains("No space left on device") && told.contains("cannot be replayed"), "{told}");
     let refusal = crate::process::run(&["replay", log.to_str().unwrap()]);
     assert!(refusal.0 == 2 && refusal.2.contains("cannot be replayed"), "{}", refusal.2);

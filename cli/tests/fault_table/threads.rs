@@ -11,7 +11,7 @@ use nix::unistd::{Pid, gettid};
 use red_bodies::plugin::{Host as PluginHost, Plugin};
 use red_bodies::{Body, Call};
 use red_core::{CommitError, Event, Instant, NodeId, Outcome, Scheduler, ShedReason, TaskId};
-use red_record::Recorded;
+use red_record::Recorder;
 use red_rt::handler::{Failed, Work};
 use red_rt::runtime::Control;
 use red_rt::stop::StopSignals;
@@ -113,7 +113,7 @@ struct Reenters {
 }
 
 impl Host<TwoLanes> for Reenters {
-    fn due(&mut self, scheduler: &mut Recorded<'_, TwoLanes>, now: Instant) {
+    fn due(&mut self, scheduler: &mut Recorder<'_, TwoLanes>, now: Instant) {
         let Some((_, task)) = self.control.get() else { return };
         let again = |scheduler: &mut Scheduler<TwoLanes>| {
             let edit = scheduler.edit(*task).expect("admitted");

@@ -1,8 +1,10 @@
 use super::*;
 use crate::entry::{Answer, Call};
+use crate::{Header, Writer};
+use std::{env, fs, process, thread};
 
 fn entry(ns: u64) -> Entry {
-    Entry { now: Instant::from_nanos(ns), call: Call::Poll(None), answer: Answer::Polled(None) }
+    Entry { now: Instant::from_nanos(ns), call: Call::Poll(None), answer: Answer::Nothing }
 }
 
 /// Puts one word each until nothing fits, and `more`.
@@ -46,4 +48,48 @@ fn a_chunk_that_comes_back_too_late_opens_no_gap() {
     assert_eq!(tape.dropped, 2);
     // Taken and not used, it would be freed on a lane.
     assert!(exchange.empty.pop().is_some());
+}
+
+#[test]
+fn what_the_writer_asks_for_is_handed_over_before_its_chunk_is_full() {
+    let (mut tape, exchange) = Tape::new();
+    tape.put(&entry(0));
+    assert!(exchange.full.pop().is_none());
+    exchange.wanted.store(true, Ordering::Relaxed);
+    tape.put(&entry(1));
+    assert!(matches!(exchange.full.pop(), Some(Letter::Chunk(chunk)) if chunk.entries() == 1));
+    // Once.
+    tape.put(&entry(2));
+    assert!(exchange.full.pop().is_none());
+}
+
+/// Would wait for ever if the writer did not ask, or did not write.
+#[test]
+fn a_writer_with_nothing_to_do_asks_for_what_there_is_and_writes_it() {
+    let path = env::temp_dir().join(format!("red-record-{}-asks.redlog", process::id()));
+    let header = Header {
+        program: String::new(),
+        capacities: [0; 5],
+        policy: String::new(),
+        duration_ns: 1,
+        realtime: false,
+        file: String::new(),
+        format: String::new(),
+        workload: String::new(),
+    };
+    let (writer, mut tape) = Writer::start(&path, &header).expect("a folder for temporary files");
+    let length = || fs::metadata(&path).expect("it was begun").len();
+    let begin = length();
+    tape.put(&entry(0));
+    while !tape.exchange.wanted.load(Ordering::Relaxed) {
+        thread::yield_now();
+    }
+    tape.put(&entry(1));
+    while length() == begin {
+        thread::yield_now();
+    }
+    drop(tape);
+    let (totals, failed) = writer.finish();
+    fs::remove_file(&path).expect("our own file");
+    assert!(failed.is_none() && totals.entries == 2, "{totals:?}");
 }

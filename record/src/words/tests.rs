@@ -1,12 +1,20 @@
+use super::codes::SHED;
 use super::*;
-use red_core::Instant;
+use crate::started::{Members, Started};
+use red_core::{CompleteError, Counters, Outcome, ShedReason};
 
 fn unit(sequence: u64, node: u64, lane: u64) -> UnitId {
     UnitId::from_bits(sequence << 16 | node << 8 | lane)
 }
 
+/// A unit of the job that was released last in place 3.
 fn start(unit: UnitId) -> Answer {
-    Answer::Polled(Some(Action::Dispatch(Dispatch { unit, lane: unit.lane() })))
+    Answer::Started(Started { unit, job: JobId::from_bits(0x0007_0003), members: None })
+}
+
+fn started(unit: UnitId, job: u32, members: Option<(u64, u64)>) -> Answer {
+    let members = members.map(|(jobs, nodes)| Members { jobs, nodes });
+    Answer::Started(Started { unit, job: JobId::from_bits(job), members })
 }
 
 fn at(ns: u64, call: Call, answer: Answer) -> Entry {
@@ -33,29 +41,35 @@ fn all() -> Vec<Entry> {
     let mut entries = vec![
         at(100, release(None), Answer::Released(Ok(JobId::from_bits(0x0001_0002)))),
         at(100, release(Some(u64::MAX)), Answer::Released(Ok(JobId::from_bits(u32::MAX)))),
+        at(100, release(None), Answer::Released(Ok(JobId::from_bits(0x0007_0003)))),
         at(100, Call::Poll(Some(lane)), start(first)),
         at(100, Call::Poll(None), start(second)),
-        at(100, Call::Poll(Some(LaneId::new(31))), Answer::Polled(None)),
+        at(100, Call::Poll(Some(LaneId::new(31))), Answer::Nothing),
         at(200, Call::Complete(first), Answer::Reported(Ok(()))),
         at(u64::MAX, Call::Complete(second), Answer::Reported(Ok(()))),
         // A host that makes handles up, and a clock that goes back.
         at(50, Call::Complete(unit(77, 1, 200)), Answer::Reported(Err(CompleteError::NotRunning))),
         at(50, Call::Fail(second), Answer::Reported(Ok(()))),
         at(60, Call::Poll(None), start(unit(900, 1, 2))),
-        at(60, Call::Poll(None), Answer::Polled(Some(Action::Preempt(Dispatch { unit: first, lane })))),
-        at(95_500, Call::Poll(None), Answer::Polled(Some(Action::Ended(outcome(None))))),
-        at(95_500, Call::TakeOutcome, Answer::Outcome(None)),
+        at(60, Call::Poll(None), Answer::Preempted(first)),
+        // A job whose release is not in the log, one whose place is another's by now, and units of several jobs.
+        at(60, Call::Poll(Some(lane)), started(unit(901, 1, 3), 0x0001_0009, None)),
+        at(60, Call::Poll(Some(lane)), started(unit(902, 1, 3), 0x0006_0003, None)),
+        at(60, Call::Poll(Some(lane)), started(unit(903, 1, 3), 0x0007_0003, Some((1 << 63, u64::MAX)))),
+        at(60, Call::Poll(None), started(unit(7, 1, 3), 0x0001_0002, Some((3, 258)))),
+        at(95_500, Call::Poll(None), Answer::Ended(outcome(None))),
+        at(95_500, Call::TakeOutcome, Answer::Nothing),
         at(95_500, Call::Edit(3), Answer::Edited(Ok(()))),
         at(95_500, Call::Retire(lane), Answer::Done(true)),
         at(95_500, Call::Restore(lane), Answer::Done(false)),
         at(95_500, Call::Remove(TaskId::from_bits(u32::MAX)), Answer::Done(true)),
-        at(95_500 + STEP - 1, Call::Poll(None), Answer::Polled(None)),
-        at(95_500 + 2 * STEP, Call::Poll(None), Answer::Polled(None)),
+        at(95_500 + STEP - 1, Call::Poll(None), Answer::Nothing),
+        at(95_500 + 2 * STEP, Call::Poll(None), Answer::Nothing),
     ];
     entries.extend(RELEASE.map(|e| at(1, release(None), Answer::Released(Err(e)))));
     entries.extend(REPORT.map(|e| at(1, Call::Complete(first), Answer::Reported(Err(e)))));
     entries.extend(COMMIT.map(|e| at(1, Call::Edit(0), Answer::Edited(Err(e)))));
-    entries.extend(SHED.map(|reason| at(1, Call::TakeOutcome, Answer::Outcome(Some(outcome(Some(reason)))))));
+    entries.extend(SHED.map(|reason| at(1, Call::TakeOutcome, Answer::Ended(outcome(Some(reason))))));
     let mut counters = Counters::default();
     (counters.units, counters.evictions) = (u64::MAX, 3);
     entries.push(at(1, Call::End, Answer::Counters(counters)));
@@ -66,13 +80,11 @@ fn written(entries: &[Entry]) -> Chunk {
     let (mut books, mut chunk) = (Books::new(), Chunk::new());
     for entry in entries {
         let before = chunk.words().len();
-        // As `Recorded` does.
+        // As `Recorder` does.
         let is_usual = match (entry.call, entry.answer) {
             (Call::Complete(unit), Answer::Reported(Ok(()))) => books.begin_turn(unit, entry.now),
-            (Call::Poll(Some(lane)), Answer::Polled(None)) => books.end_turn(lane, entry.now, &mut chunk),
-            (Call::Poll(Some(lane)), Answer::Polled(Some(Action::Dispatch(started)))) => {
-                books.go_on_turn(lane, started.unit, entry.now)
-            }
+            (Call::Poll(Some(lane)), Answer::Nothing) => books.end_turn(lane, entry.now, &mut chunk),
+            (Call::Poll(Some(lane)), Answer::Started(started)) => books.go_on_turn(lane, &started, entry.now),
             _ => false,
         };
         if is_usual {
@@ -105,26 +117,29 @@ fn every_entry_comes_back_as_it_was_written() {
 /// What a lane does at one turn after another.
 fn turns() -> Vec<Entry> {
     let lane = LaneId::new(3);
-    let poll = |ns, action| at(ns, Call::Poll(Some(lane)), Answer::Polled(action));
-    let mut entries = vec![poll(5, None)];
+    let poll = |ns, answer| at(ns, Call::Poll(Some(lane)), answer);
+    let release = Call::Release { task: TaskId::from_bits(5), at: Instant::ZERO, capture: None };
+    let mut entries = vec![at(0, release, Answer::Released(Ok(JobId::from_bits(0x0007_0003))))];
+    entries.push(poll(5, Answer::Nothing));
     for n in 1..5 {
         let (ns, done) = (n * 10, Answer::Reported(Ok(())));
         entries.push(at(ns, Call::Complete(unit(n - 1, 4, 3)), done));
-        entries.push(at(ns, Call::Poll(Some(lane)), start(unit(n, 4, 3))));
-        entries.push(poll(ns, None));
+        entries.push(poll(ns, start(unit(n, 4, 3))));
+        entries.push(poll(ns, Answer::Nothing));
     }
     entries.push(at(60, Call::Complete(unit(4, 4, 3)), Answer::Reported(Ok(()))));
-    entries.push(poll(60, None));
+    entries.push(poll(60, Answer::Nothing));
     // The first unit was not this scheduler's.
-    entries.remove(1);
+    entries.remove(2);
     entries
 }
 
 #[test]
 fn a_turn_is_one_word() {
     let chunk = written(&turns());
-    // Three turns go on, the last one does not; before them a poll, and the first unit with its poll.
-    assert_eq!(chunk.words().len(), 4 + 3);
+    // Three turns go on, the last one does not; before them a release of four words, a poll, and the first unit with its
+    // poll.
+    assert_eq!(chunk.words().len(), 4 + 4 + 3);
     assert_eq!(chunk.entries(), turns().len() as u64);
 }
 
@@ -148,8 +163,35 @@ fn a_turn_that_goes_another_way_comes_back_as_it_was_written() {
 
 #[test]
 fn words_that_nobody_wrote_are_no_entry() {
-    for word in [12, 15, 11 | 63 << 8, 11 | 2 << 4, 4 | 9 << 4, 2 | 9 << 4 | 3 << 8, 7 | 63 << 8] {
+    for word in [
+        12,
+        15,
+        11 | 63 << 8,
+        11 | 2 << 4,
+        4 | 9 << 4,
+        4 | 1 << 4 | 63 << 8,
+        2 | 9 << 4 | 3 << 8,
+        7 | 63 << 8,
+    ] {
         let mut words = [word, 0, 0, 0, 0, 0, 0].into_iter();
         assert_eq!(Books::new().decode(|| words.next().ok_or(())), Ok(None), "{word:#x}");
+    }
+}
+
+#[test]
+fn each_job_of_a_place_and_each_set_of_members_is_another_entry() {
+    let lane = LaneId::new(3);
+    let jobs =
+        [(0x0007_0003, None), (0x0008_0003, None), (0x0007_0003, Some((8, 7))), (0x0007_0003, Some((8, 6)))];
+    for (job, members) in jobs {
+        let mut entries = turns();
+        let last = entries.len() - 1;
+        entries.truncate(last - 1);
+        entries.push(at(60, Call::Complete(unit(4, 4, 3)), Answer::Reported(Ok(()))));
+        entries.push(at(60, Call::Poll(Some(lane)), started(unit(5, 4, 3), job, members)));
+        let chunk = written(&entries);
+        let (mut books, mut words) = (Books::new(), chunk.words().iter().copied());
+        let read = entries.iter().map(|_| books.decode(|| words.next().ok_or(())).unwrap().unwrap());
+        assert_eq!(read.last(), entries.last().copied(), "{job:#x}");
     }
 }

@@ -3,10 +3,12 @@
 //!
 //! The word is held back until the turn is over. Any other entry breaks it: then its calls are written one by one.
 
-use super::{Books, LANES, NO_LANE, STEP, action, place, tag};
+use super::codes::{action, tag};
+use super::{Books, LANES, NO_LANE, STEP, place};
 use crate::entry::{Answer, Call, Entry};
+use crate::started::Started;
 use crate::tape::Chunk;
-use red_core::{Action, Dispatch, Instant, LaneId, UnitId};
+use red_core::{Instant, LaneId, UnitId};
 
 /// Code of a turn after which the lane has nothing.
 const IDLE: u64 = 0;
@@ -28,10 +30,12 @@ impl Books {
 
     /// It got its next unit: that is the middle of the turn. Whether it is.
     #[inline(always)]
-    pub(crate) fn go_on_turn(&mut self, lane: LaneId, unit: UnitId, now: Instant) -> bool {
+    pub(crate) fn go_on_turn(&mut self, lane: LaneId, started: &Started, now: Instant) -> bool {
+        let unit = started.unit;
+        let Some(job) = self.place_of(started) else { return false };
         let goes_on = self.is_turn(IDLE, lane, now) & (unit.lane() == lane) & self.is_next(unit);
         if goes_on {
-            self.turn |= GOES_ON << 4 | (unit.node().index() as u64) << 20;
+            self.turn |= GOES_ON << 4 | job << 14 | (unit.node().index() as u64) << 20;
             self.started(unit);
         }
         goes_on
@@ -61,26 +65,25 @@ impl Books {
         if held != 0 {
             out.head(tag::COMPLETE | held & lane | held >> 28 << 28, 1);
             if held >> 4 & 1 == GOES_ON {
-                let (asked, other) = (held & lane, (held & lane) << 6);
-                out.head(tag::POLL | action::DISPATCH << 4 | asked | other | held & 255 << 20, 1);
+                let started = held & (NO_LANE << 8 | 63 << 14 | 255 << 20);
+                out.head(tag::POLL | action::OWN << 4 | started, 1);
             }
         }
     }
 
     /// The calls of a turn: the first is answered, the others wait in `rest`.
-    pub(super) fn read_turn(&mut self, code: u64, lane: LaneId, node: u64) -> Option<(Call, Answer)> {
+    pub(super) fn read_turn(
+        &mut self,
+        code: u64,
+        lane: LaneId,
+        node: u64,
+        job: u64,
+    ) -> Option<(Call, Answer)> {
         let (now, done) = (self.now, self.lanes[lane.index() % LANES]);
-        let poll = |action| {
-            let (call, answer) = (Call::Poll(Some(lane)), Answer::Polled(action));
-            Some(Entry { now, call, answer })
-        };
+        let poll = |answer| Some(Entry { now, call: Call::Poll(Some(lane)), answer });
         self.rest = match code {
-            IDLE => [poll(None), None],
-            GOES_ON => {
-                let unit = self.expected(place(lane), node);
-                self.started(unit);
-                [poll(Some(Action::Dispatch(Dispatch { unit, lane: unit.lane() }))), poll(None)]
-            }
+            IDLE => [poll(Answer::Nothing), None],
+            GOES_ON => [poll(self.start(place(lane), node, job)?), poll(Answer::Nothing)],
             _ => return None,
         };
         Some((Call::Complete(done), Answer::Reported(Ok(()))))

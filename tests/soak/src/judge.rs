@@ -11,7 +11,7 @@ use crate::counts::{Count, Counts};
 use books::Books;
 use order::{Graph, Rule, facts};
 use red_core::{CommitError, Event, EventKind, Instant, Outcome, Scheduler, TaskId};
-use red_record::Recorded;
+use red_record::Recorder;
 use red_rt::timeline::Host;
 use red_workload::build::{self, Change};
 use red_workload::model::Workload;
@@ -212,7 +212,7 @@ impl Judge {
     }
 
     /// Removes the task whose time has come.
-    fn remove_due(&mut self, scheduler: &mut Recorded<'_, Robot>, now: Instant) {
+    fn remove_due(&mut self, scheduler: &mut Recorder<'_, Robot>, now: Instant) {
         let Some((task, _)) = self.removal.filter(|(_, at)| *at <= now) else { return };
         self.removal = None;
         self.books.remove(task);
@@ -225,7 +225,7 @@ impl Judge {
     /// Makes an edit, or has it refused; what becomes of it then, `None` if it has to wait.
     fn make(
         &mut self,
-        scheduler: &mut Recorded<'_, Robot>,
+        scheduler: &mut Recorder<'_, Robot>,
         number: u32,
         edit: &Edit,
         now: Instant,
@@ -265,7 +265,7 @@ impl Host<Robot> for Judge {
         all.filter(|at| *at > self.now).min().map(Instant::as_nanos)
     }
 
-    fn due(&mut self, scheduler: &mut Recorded<'_, Robot>, now: Instant) {
+    fn due(&mut self, scheduler: &mut Recorder<'_, Robot>, now: Instant) {
         if now < self.now {
             self.blame(format!("time went from {:?} back to {now:?}", self.now));
         }

@@ -58,12 +58,12 @@ fn an_edit_that_waits_holds_back_its_own_task_alone_and_comes_when_the_job_has_e
     scheduler.release(tasks[0], at(0)).unwrap();
     let Some(Action::Dispatch(running)) = scheduler.poll(at(0)) else { panic!("the job starts") };
     for now in [0, 10, 20] {
-        notes.due(&mut Recorded::new(&mut scheduler, None), at(now));
+        notes.due(&mut Recorder::new(&mut scheduler, None), at(now));
     }
     assert_eq!((nodes(&scheduler, tasks[0]), nodes(&scheduler, tasks[1])), (2, 2), "t waits, u does not");
     scheduler.complete(running.unit, at(25)).unwrap();
     assert!(scheduler.take_outcome().is_some());
-    notes.due(&mut Recorded::new(&mut scheduler, None), at(25));
+    notes.due(&mut Recorder::new(&mut scheduler, None), at(25));
     assert_eq!((nodes(&scheduler, tasks[0]), nodes(&scheduler, tasks[1])), (3, 2));
 }
 
@@ -73,10 +73,10 @@ fn an_edit_that_waits_is_not_asked_for_by_the_clock() {
     let next = |notes: &Notes| Host::<Small>::next_at(notes);
     scheduler.release(tasks[0], at(0)).unwrap();
     assert_eq!(next(&notes), Some(10));
-    notes.due(&mut Recorded::new(&mut scheduler, None), at(10));
+    notes.due(&mut Recorder::new(&mut scheduler, None), at(10));
     assert_eq!(next(&notes), Some(20));
-    notes.due(&mut Recorded::new(&mut scheduler, None), at(20));
+    notes.due(&mut Recorder::new(&mut scheduler, None), at(20));
     assert_eq!(next(&notes), Some(30), "the edit of 20 ns waits");
-    notes.due(&mut Recorded::new(&mut scheduler, None), at(30));
+    notes.due(&mut Recorder::new(&mut scheduler, None), at(30));
     assert_eq!(next(&notes), None);
 }

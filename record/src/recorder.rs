@@ -1,6 +1,7 @@
 //! A scheduler whose inputs are recorded.
 
 use crate::entry::{Answer, Call, Entry};
+use crate::started::Started;
 use crate::tape::Tape;
 use core::hint::cold_path;
 use core::ops::Deref;
@@ -14,23 +15,23 @@ use red_core::{
 ///
 /// ```
 /// use red_core::{Caps, Config, Dag, Duration, Instant, Node, Scheduler, Timing, Wcet};
-/// use red_record::Recorded;
+/// use red_record::Recorder;
 /// let mut dag = Dag::<Caps<1, 8, 4>>::new();
 /// dag.add_node(Node::new(Wcet::from_millis(2)))?;
 /// let mut scheduler = Scheduler::new(Config::REDRT);
 /// let task = scheduler.add_task(&dag, Timing::new(Duration::from_millis(50)))?;
-/// let mut recorded = Recorded::new(&mut scheduler, None);
+/// let mut recorded = Recorder::new(&mut scheduler, None);
 /// recorded.release_at(task, Instant::ZERO, None, Instant::ZERO)?;
 /// assert_eq!(recorded.jobs_in_flight(), 1);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug)]
-pub struct Recorded<'a, C: Capacity> {
+pub struct Recorder<'a, C: Capacity> {
     scheduler: &'a mut Scheduler<C>,
     tape: Option<&'a mut Tape>,
 }
 
-impl<C: Capacity> Deref for Recorded<'_, C> {
+impl<C: Capacity> Deref for Recorder<'_, C> {
     type Target = Scheduler<C>;
 
     fn deref(&self) -> &Scheduler<C> {
@@ -38,7 +39,7 @@ impl<C: Capacity> Deref for Recorded<'_, C> {
     }
 }
 
-impl<'a, C: Capacity> Recorded<'a, C> {
+impl<'a, C: Capacity> Recorder<'a, C> {
     /// For one turn of whoever has the scheduler.
     pub const fn new(scheduler: &'a mut Scheduler<C>, tape: Option<&'a mut Tape>) -> Self {
         Self { scheduler, tape }
@@ -83,7 +84,7 @@ impl<'a, C: Capacity> Recorded<'a, C> {
     #[inline(always)]
     pub fn poll(&mut self, now: Instant) -> Option<Action> {
         let answer = self.scheduler.poll(now);
-        self.put(now, Call::Poll(None), Answer::Polled(answer));
+        self.polled(now, None, answer);
         answer
     }
 
@@ -95,12 +96,15 @@ impl<'a, C: Capacity> Recorded<'a, C> {
         if let Some(tape) = &mut self.tape {
             let is_usual = match answer {
                 None => tape.found_nothing(lane, now),
-                Some(Action::Dispatch(started)) => tape.dispatched(lane, started.unit, now),
+                Some(Action::Dispatch(dispatch)) => {
+                    let started = Started::of(self.scheduler, dispatch.unit, tape.full());
+                    tape.dispatched(lane, &started, now)
+                }
                 Some(_) => false,
             };
             if !is_usual {
                 cold_path();
-                self.put(now, Call::Poll(Some(lane)), Answer::Polled(answer));
+                self.polled(now, Some(lane), answer);
             }
         }
         answer
@@ -111,8 +115,8 @@ impl<'a, C: Capacity> Recorded<'a, C> {
     pub fn take_outcome(&mut self) -> Option<Outcome> {
         let answer = self.scheduler.take_outcome();
         // Finding none changes nothing.
-        if answer.is_some() {
-            self.untimed(Call::TakeOutcome, Answer::Outcome(answer));
+        if let Some(outcome) = answer {
+            self.untimed(Call::TakeOutcome, Answer::Ended(outcome));
         }
         answer
     }
@@ -157,10 +161,17 @@ impl<'a, C: Capacity> Recorded<'a, C> {
         self.scheduler.take_event()
     }
 
-    /// The run ended: its counters are the last entry.
-    pub fn end(&mut self) {
+    /// The run ended at `now`: that and its counters are the last entry. A log without it is refused.
+    pub fn end(&mut self, now: Instant) {
         let counters = self.scheduler.counters();
-        self.untimed(Call::End, Answer::Counters(counters));
+        self.put(now, Call::End, Answer::Counters(counters));
+    }
+
+    fn polled(&mut self, now: Instant, lane: Option<LaneId>, action: Option<Action>) {
+        if let Some(tape) = &mut self.tape {
+            let answer = Answer::of_poll(self.scheduler, action, tape.full());
+            tape.put(&Entry { now, call: Call::Poll(lane), answer });
+        }
     }
 
     fn put(&mut self, now: Instant, call: Call, answer: Answer) {

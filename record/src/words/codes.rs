@@ -1,0 +1,72 @@
+//! The numbers that stand for calls and answers: they are the format.
+
+use red_core::{CommitError, CompleteError, ReleaseError, ShedReason};
+
+/// An answer that this version has no code for.
+pub(super) const UNKNOWN: u64 = 15;
+
+pub(super) const RELEASE: [ReleaseError; 3] =
+    [ReleaseError::UnknownTask, ReleaseError::Full, ReleaseError::Overflow];
+pub(super) const REPORT: [CompleteError; 3] =
+    [CompleteError::Stale, CompleteError::NotRunning, CompleteError::Late];
+pub(super) const COMMIT: [CommitError; 7] = [
+    CommitError::UnknownTask,
+    CommitError::Conflict,
+    CommitError::Busy,
+    CommitError::Empty,
+    CommitError::UnknownPool,
+    CommitError::Memory,
+    CommitError::Unschedulable,
+];
+pub(super) const SHED: [ShedReason; 7] = [
+    ShedReason::Hopeless,
+    ShedReason::Overload,
+    ShedReason::Urgency,
+    ShedReason::Full,
+    ShedReason::Late,
+    ShedReason::Fault,
+    ShedReason::Removed,
+];
+
+/// The first four bits of a head.
+pub(super) mod tag {
+    pub(in crate::words) const TIME: u64 = 0;
+    pub(in crate::words) const RELEASE: u64 = 1;
+    pub(in crate::words) const COMPLETE: u64 = 2;
+    pub(in crate::words) const FAIL: u64 = 3;
+    pub(in crate::words) const POLL: u64 = 4;
+    pub(in crate::words) const TAKE_OUTCOME: u64 = 5;
+    pub(in crate::words) const EDIT: u64 = 6;
+    pub(in crate::words) const RETIRE: u64 = 7;
+    pub(in crate::words) const RESTORE: u64 = 8;
+    pub(in crate::words) const REMOVE: u64 = 9;
+    pub(in crate::words) const END: u64 = 10;
+    pub(in crate::words) const TURN: u64 = 11;
+}
+
+/// Codes of what a poll answers.
+pub(super) mod action {
+    pub(in crate::words) const NOTHING: u64 = 0;
+    /// The expected unit, for the lane that asked; in the place of the other lane stands that of its job.
+    pub(in crate::words) const OWN: u64 = 1;
+    pub(in crate::words) const PREEMPTED: u64 = 2;
+    pub(in crate::words) const ENDED: u64 = 3;
+    /// The expected unit, for the other lane; the place of its job follows.
+    pub(in crate::words) const HANDED: u64 = 4;
+    /// Any other unit: it follows, and its job, and the jobs and nodes of its members.
+    pub(in crate::words) const SPELLED: u64 = 5;
+}
+
+pub(super) fn code<T, E: PartialEq>(result: Result<T, E>, errors: &[E]) -> u64 {
+    match result {
+        Ok(_) => 0,
+        Err(error) => errors.iter().position(|e| *e == error).map_or(UNKNOWN, |at| at as u64 + 1),
+    }
+}
+
+pub(super) fn result<E: Copy>(code: u64, errors: &[E]) -> Option<Result<(), E>> {
+    match code.checked_sub(1) {
+        None => Some(Ok(())),
+        Some(at) => errors.get(usize::try_from(at).ok()?).copied().map(Err),
+    }
+}
