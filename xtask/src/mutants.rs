@@ -90,7 +90,7 @@ struct Found {
 pub(crate) fn run(workspace: &Workspace, wish: &Wish) -> Result<Tally, Failure> {
     tools::built(workspace, "cargo-mutants", CARGO_MUTANTS, &["mutants", "--version"])?;
     let mut bench = Bench::new(workspace)?;
-    let (of, parts) = (bench.count()?.div_ceil(PART), wish.sample.div_ceil(PART));
+    let (of, parts) = (bench.names.len().div_ceil(PART), wish.sample.div_ceil(PART));
     let mut all = Found::default();
     for part in 0..parts.min(of) {
         let shard = (wish.seed as usize + part * of / parts.min(of)) % of;
@@ -117,6 +117,8 @@ pub(crate) fn run(workspace: &Workspace, wish: &Wish) -> Result<Tally, Failure> 
 struct Bench<'a> {
     workspace: &'a Workspace,
     tree: PathBuf,
+    /// Of all mutants that there are.
+    names: Vec<String>,
     /// Of the core without its tests: what is kept about another is about nothing.
     core: u64,
     tests: u64,
@@ -133,17 +135,9 @@ impl<'a> Bench<'a> {
             (path, bytes).hash(if is_test(path) { &mut tests } else { &mut core });
         })?;
         hash_files(&tree.join("tests"), &mut |path, bytes| (path, bytes).hash(&mut tests))?;
-        Ok(Self { workspace, tree, core: core.finish(), tests: tests.finish(), limits: None })
-    }
-
-    fn mutants(&self, arguments: &[&str]) -> Run {
-        let program = self.workspace.target.join("tools/bin/cargo-mutants");
-        let run = self.workspace.command(program).args(&["mutants", "--package", "red-core", "--dir"]);
-        run.args(&[&self.tree]).args(arguments)
-    }
-
-    fn count(&self) -> Result<usize, Failure> {
-        Ok(self.mutants(&["--list"]).output()?.lines().count())
+        let names = mutants(workspace, &tree).args(&["--list"]).output()?;
+        let names = names.lines().map(str::to_owned).collect();
+        Ok(Self { workspace, tree, names, core: core.finish(), tests: tests.finish(), limits: None })
     }
 
     /// One part, or what is kept of it: what was noticed is not tried again, and the rest only by other tests.
@@ -154,14 +148,12 @@ impl<'a> Bench<'a> {
             Some(found) if found.tests == self.tests || found.missed.is_empty() => return Ok(found),
             Some(found) => found,
             None => {
-                let part = [format!("--shard={shard}/{of}"), "--sharding=round-robin".to_owned()];
+                let part: Vec<String> = self.names.iter().skip(shard).step_by(of).cloned().collect();
                 self.try_on(&QUICK, &folder, &part)?
             }
         };
         if !found.missed.is_empty() {
-            let these: Vec<String> =
-                found.missed.iter().map(|name| format!("--re=^{}$", literal(name))).collect();
-            let again = self.try_on(&ALL, &folder, &these)?;
+            let again = self.try_on(&ALL, &folder, &found.missed)?;
             found.noticed += again.noticed;
             found.missed = again.missed;
         }
@@ -170,25 +162,45 @@ impl<'a> Bench<'a> {
         Ok(found)
     }
 
-    /// Runs the tests of a stage on the mutants that `which` names.
-    fn try_on(&mut self, stage: &Stage, folder: &Path, which: &[String]) -> Result<Found, Failure> {
+    /// Runs the tests of a stage on the mutants of these names. The tool has no choice by names that holds for all kinds,
+    /// but leaves out what it is told to have tried before.
+    fn try_on(&mut self, stage: &Stage, folder: &Path, wanted: &[String]) -> Result<Found, Failure> {
         let [quick, all] = self.limits()?;
         let limit = if stage.targets == QUICK.targets { quick } else { all };
-        fs::create_dir_all(folder).map_err(|reason| file(folder, reason))?;
-        let how = ["--in-place", "--baseline=skip", "--test-package=red-core,red-tests", "--output"];
-        let run = self.mutants(&how).args(&[folder]).args(&[format!("--timeout={limit}")]).args(which);
+        let out = folder.join("mutants.out");
+        if out.exists() {
+            fs::remove_dir_all(&out).map_err(|reason| file(&out, reason))?;
+        }
+        fs::create_dir_all(&out).map_err(|reason| file(&out, reason))?;
+        let rest: String =
+            self.names.iter().filter(|name| !wanted.contains(name)).map(|name| format!("{name}\n")).collect();
+        let before = out.join("previously_caught.txt");
+        fs::write(&before, rest).map_err(|reason| file(&before, reason))?;
+
+        let how =
+            ["--iterate", "--in-place", "--baseline=skip", "--test-package=red-core,red-tests", "--output"];
+        let run = mutants(self.workspace, &self.tree).args(&how).args(&[folder]);
+        let run = run.args(&[format!("--timeout={limit}")]);
         let targets: Vec<String> =
             stage.targets.iter().map(|target| format!("--cargo-arg={target}")).collect();
         ended(stage.prepare(self.workspace, run.args(&targets).args(&["--", "--"])))?;
-        let lines = |what: &str| read(&folder.join(format!("mutants.out/{what}.txt")));
-        let count = |what: &str| lines(what).lines().count();
-        Ok(Found {
-            // One that never ends is noticed too.
-            noticed: count("caught") + count("timeout"),
-            unviable: count("unviable"),
-            tests: self.tests,
-            missed: lines("missed").lines().map(str::to_owned).collect(),
-        })
+        let names = |what: &str| -> Vec<String> {
+            read(&out.join(format!("{what}.txt"))).lines().map(str::to_owned).collect()
+        };
+        let [noticed, endless, unviable, missed] = ["caught", "timeout", "unviable", "missed"].map(names);
+        let mut tried = [&noticed[..], &endless, &unviable, &missed].concat();
+        tried.sort();
+        let mut wanted = wanted.to_vec();
+        wanted.sort();
+        if tried != wanted {
+            let (tried, wanted) = (tried.len(), wanted.len());
+            return Err(Failure::Wrong(format!(
+                "{tried} mutants were tried, and not the {wanted} of this part"
+            )));
+        }
+        // One that never ends is noticed too.
+        let noticed = noticed.len() + endless.len();
+        Ok(Found { noticed, unviable: unviable.len(), tests: self.tests, missed })
     }
 
     /// The tests have to pass where nothing is changed, or they would notice everything. How long they take tells when
@@ -239,11 +251,10 @@ fn hash_files(folder: &Path, add: &mut dyn FnMut(&Path, &[u8])) -> Result<(), Fa
     Ok(())
 }
 
-/// A regular expression that means this text.
-fn literal(text: &str) -> String {
-    text.chars()
-        .flat_map(|c| r"\.+*?()|[]{}^$#&-~".contains(c).then_some('\\').into_iter().chain([c]))
-        .collect()
+/// The tool, on the core of a copy of the workspace.
+fn mutants(workspace: &Workspace, tree: &Path) -> Run {
+    let program = workspace.target.join("tools/bin/cargo-mutants");
+    workspace.command(program).args(&["mutants", "--package", "red-core", "--dir"]).args(&[tree])
 }
 
 /// Runs it to its end; that mutants were missed, or never ended, is a status too.

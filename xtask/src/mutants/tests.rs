@@ -24,10 +24,3 @@ fn what_is_kept_is_read_again() {
     assert_eq!(Found::read(&found.text()), Some(found));
     assert_eq!(Found::read(""), None);
 }
-
-#[test]
-fn the_name_of_a_mutant_means_only_itself() {
-    let name = "a.rs:9:5: replace <impl From<T> for A>::f -> (u8, &[B]) with (0, &[])";
-    let wanted = r"a\.rs:9:5: replace <impl From<T> for A>::f \-> \(u8, \&\[B\]\) with \(0, \&\[\]\)";
-    assert_eq!(literal(name), wanted);
-}

@@ -12,6 +12,13 @@ fn windows_are_anchored_at_their_first_member() {
 }
 
 #[test]
+fn a_release_at_the_very_end_of_a_window_is_in_it() {
+    let releases = [at(0), at(100), at(101)];
+    let window = |head| window_of(head, Duration::from_nanos(100), &releases.into_iter());
+    assert_eq!([0, 100, 101].map(|r| window(at(r)).as_nanos()), [0, 0, 101]);
+}
+
+#[test]
 fn equal_costs_join_even_when_late_and_others_only_in_time() {
     let unit = Candidate { cost: 10, latest_finish: 5 };
     assert!(join(unit, Candidate { cost: 10, latest_finish: -3 }, at(100)).is_some());
