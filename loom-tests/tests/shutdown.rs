@@ -150,7 +150,8 @@ fn a_stop_that_is_told_to_one_lane_is_caught() {
 }
 
 /// A producer asks whether the run goes on, with its place in the mailbox in hand or before. Who ends the run waits for
-/// the place and then looks into the mailbox for the last time.
+/// the place and then looks into the mailbox for the last time; here as long as it takes, where the code gives up on a
+/// thread that was killed with the place.
 fn accepts_what_is_taken(has_place: bool) {
     let host = Arc::new((Waiting::new(1, 0), Mailbox::<u32, 2>::new()));
     let producer = {

@@ -1,6 +1,7 @@
 //! *Claim.* A body that is found beyond its bound is failed once or completed once, never both; its lane is then
 //! restored once, for a spare; the thread that came back leaves, also where the spare runs its own body by then, and
-//! only the spare takes what is handed next. A thread that ended late was not killed, and its lane is lost once.
+//! only the spare takes what is handed next. A thread that ended late was not killed, and its lane is lost once; so is
+//! that of a spare that was killed before it began.
 //!
 //! *Threads.* The lane whose body is late, and the watchdog that becomes control thread and spare; then a control
 //! thread of its own that becomes the spare, and then another lane that has a turn; then a control thread that finds
@@ -90,14 +91,27 @@ impl Host {
         claimed
     }
 
-    /// The control thread finds the lane lost, and the spare begins a body.
+    /// The control thread finds the lane lost, gives it to the spare and lets that begin a body.
     fn replace(&self) {
         if self.spares.take_lost() == 0 {
             return;
         }
         assert_eq!(self.spares.take_lost(), 0, "lost once");
+        self.assign(true);
+        self.begin();
+    }
+
+    /// What the control thread does for a spare that is set up. `resets` is false for a control thread that leaves that
+    /// to the spare.
+    fn assign(&self, resets: bool) {
         self.spares.assign(0, &self.seat, SPARE);
-        let _of_the_late_body = self.slot.reset();
+        if resets {
+            let _of_the_late_body = self.slot.reset();
+        }
+    }
+
+    /// The spare's first turn, and its first body.
+    fn begin(&self) {
         let mut locked = self.locked.lock().unwrap();
         self.fail_overdue(&mut locked);
         if self.spares.takes_over(0, &self.seat, SPARE) {
@@ -215,9 +229,40 @@ fn is_buried(is_killed: bool, keeps: bool) {
 }
 
 #[test]
-fn a_thread_that_was_killed_is_told_from_one_that_came_back_late() {
+fn a_thread_that_was_killed_is_lost_once() {
     explore(2, || is_buried(true, true));
+}
+
+#[test]
+fn a_thread_that_came_back_late_is_not_taken_for_killed() {
     explore(2, || is_buried(false, true));
+}
+
+/// The lane of a late body goes to a spare, which is killed before it begins anything, while that body comes back.
+fn is_lost_again(resets: bool) {
+    let (host, armed) = running();
+    assert!(host.watch());
+    let late = {
+        let host = host.clone();
+        thread::spawn(move || host.body_returns(armed, Leaves::AsBuilt))
+    };
+    assert_ne!(host.spares.take_lost(), 0);
+    host.assign(resets);
+    // The control thread finds the spare ended.
+    let has_died = host.slot.reset() == Bound::Kept;
+    assert!(has_died, "nobody says that the lane is lost");
+    assert!(!late.join().unwrap());
+}
+
+#[test]
+fn a_spare_that_is_killed_before_it_begins_is_told() {
+    explore(2, || is_lost_again(true));
+}
+
+#[test]
+#[should_panic(expected = "nobody says that the lane is lost")]
+fn a_spare_that_frees_the_slot_itself_is_caught() {
+    explore(2, || is_lost_again(false));
 }
 
 #[test]

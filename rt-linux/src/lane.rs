@@ -172,6 +172,7 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
         let (shared, me) = (self.shared, LaneId::new(self.number as u8));
         let mut since = now.as_nanos();
         host.due(scheduler, now);
+        let is_closed = shared.is_closed(now);
         since = since.min(take_requests(scheduler, requests, host, now));
         since = since.min(timeline.release(scheduler, host, now).unwrap_or(u64::MAX));
         let mut mine = None;
@@ -194,8 +195,7 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
             }
         }
         let jobs = scheduler.jobs_in_flight();
-        // Requests are refused from the end on, and those from before it are out of the mailbox.
-        shared.drained.store(jobs == 0 && timeline.is_over(now.as_nanos()), Ordering::Relaxed);
+        shared.drained.store(is_closed && jobs == 0 && timeline.is_over(now.as_nanos()), Ordering::Relaxed);
         let wake =
             [timeline.wake_at(now.as_nanos()), host.next_at(), scheduler.poll_at().map(Instant::as_nanos)];
         let wake = wake.into_iter().flatten().min().unwrap_or(u64::MAX);

@@ -22,7 +22,7 @@ pub struct RunReport {
     pub overruns: u64,
     /// Bodies that ran past their bound.
     pub hung: u64,
-    /// Lanes that were lost, because no spare thread could be started, or too many never came back.
+    /// Lanes that were lost, because no spare thread could be started, or too many never came back or died.
     pub lanes_lost: u64,
     /// Lane threads that ended though nobody asked them to.
     pub threads_died: u64,

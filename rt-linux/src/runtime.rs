@@ -8,7 +8,7 @@ use crate::panics::keep_of_bodies;
 use crate::pi_lock::PiLock;
 use crate::report::{LaneFigures, RunReport};
 use crate::setup::{self, Fifo, SetupError};
-use crate::shared::{Held, Shared, take_requests};
+use crate::shared::{Held, PRODUCERS, Shared, take_requests};
 use crate::spares::Spares;
 use crate::stop::StopSignals;
 use crate::supervision::Supervision;
@@ -53,8 +53,9 @@ impl Mode {
 
 /// Makes the handler of a lane, also for a spare.
 pub type Handlers = dyn Fn(usize) -> Box<dyn Handler> + Send + Sync;
-/// Runs a lane's main function, on this or another thread, and returns when it has ended. Inference engines that
-/// compute on threads of their own want lanes inside of those.
+/// Runs a lane's main function, on this or another thread that ends with it, and returns then. Inference engines that
+/// compute on threads of their own want lanes inside of those. Whether a lane lives is asked of the kernel, so a thread
+/// that goes on without it would look alive.
 pub type Enclose = dyn Fn(Box<dyn FnOnce() + Send>) + Send + Sync;
 
 /// What to run.
@@ -102,14 +103,16 @@ impl<C: Capacity> Setup<C> {
 /// A run that goes on: what other threads may ask of it.
 pub trait Control: Send + Sync {
     /// Releases a job from outside of the lanes; `false` if the mailbox is full, the duration is over or a stop was
-    /// asked for. A stop that comes later drops what no lane came to, as it does with jobs. Wait-free but for the other
-    /// users of the same producer number.
+    /// asked for. A stop that comes later drops what no lane came to, as it does with jobs. Requests under one number
+    /// are taken in their order, as long as one thread at a time uses it. Wait-free.
     fn release(&self, producer: usize, task: TaskId) -> bool;
 }
 
 impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>> + Send + Sync> Control for Shared<C, H, L> {
     fn release(&self, producer: usize, task: TaskId) -> bool {
-        let Some(post) = self.scheduler.producer(producer) else { return false };
+        // A thread that lost its CPU in here keeps its place; there are others.
+        let places = (0..PRODUCERS).map(|other| (producer + other) % PRODUCERS);
+        let Some(post) = { places }.find_map(|place| self.scheduler.producer(place)) else { return false };
         // Asked with the place in hand, so that the end of the run can wait for it.
         let now = self.waiting.now();
         if now >= self.until_ns || self.waiting.is_stopping() {
@@ -117,6 +120,8 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>> + Send + Sync> Control 
         }
         let request = Request { task, at: Instant::from_nanos(now), capture: None };
         let posted = post.push(request).is_ok();
+        // Who is woken may be on this CPU, and post as well.
+        drop(post);
         self.waiting.knock();
         posted
     }
@@ -172,7 +177,7 @@ where
     // Held to the end of the run; a machine without the device idles as deep as it likes, which doctor tells.
     let _awake = realtime.then(setup::hold_cpu_dma_latency);
     let (allocations_before, suspended_before) = (allocations::counted(), suspended_ns());
-    let starter = Starter { handlers, enclose, mode };
+    let starter = Starter { handlers, enclose, mode, up: signals.bell() };
     let starting = starter.start_all::<C, H, L>(lanes)?;
 
     let slots: Arc<[Slot]> = (0..lanes).map(|_| Slot::new()).collect();
@@ -200,12 +205,13 @@ where
     started(shared.clone());
 
     let mut supervision = Supervision::new(shared.clone(), starter, starting);
-    let mut now = 0;
-    let is_over =
-        |now: u64| shared.drained.load(Ordering::Relaxed) || now >= duration_ns.saturating_add(drain_ns);
-    while signals.requested().is_none() && supervision.gave_up.is_none() && !is_over(now) {
+    let (mut now, mut is_over) = (0, false);
+    while signals.requested().is_none() && supervision.gave_up.is_none() && !is_over {
         let _woken = signals.bell().wait(Some(now_ns() + PROGRESS_NS), 0);
+        // Before the clock, so that all of it is over at `now`.
+        let is_drained = shared.drained.load(Ordering::Relaxed);
         now = shared.waiting.now();
+        is_over = is_drained || now >= duration_ns.saturating_add(drain_ns);
         progress(now);
         supervision.look();
     }
@@ -225,9 +231,13 @@ where
             let scheduler = &mut Recorder::new(scheduler, tape.as_mut());
             if stopped_by.is_none() && gave_up.is_none() {
                 // What no lane came to within the bound is told as released, too.
-                let now = Instant::from_nanos(now);
+                // Later than what lanes did meanwhile.
+                let now = Instant::from_nanos(shared.waiting.now());
                 take_requests(scheduler, requests, &mut host, now);
                 held.timeline.release(scheduler, &mut host, now);
+                while let Some(event) = scheduler.take_event() {
+                    host.event(event);
+                }
             }
             scheduler.end(Instant::from_nanos(now));
             Some(host)

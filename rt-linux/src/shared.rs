@@ -14,7 +14,7 @@ use std::thread;
 use std::time::Duration;
 
 /// Producers outside of the lanes, and requests that each may have under way.
-const PRODUCERS: usize = 8;
+pub(crate) const PRODUCERS: usize = 8;
 pub(crate) const DEPTH: usize = 64;
 /// Looks for a request that is being posted when the run ends; a thread that was killed meanwhile never ends that.
 const POST_LOOKS: u32 = 100;
@@ -62,6 +62,13 @@ impl<C: Capacity, H, L: Exclusive<Scheduler<C>>> Shared<C, H, L> {
                 scheduler.retire_lane(LaneId::new(i as u8));
             }
         }
+    }
+
+    /// Whether no request comes any more: none is accepted from `now` on, and nobody is about to post one that was. To
+    /// be called before what there is is taken.
+    pub(crate) fn is_closed(&self, now: Instant) -> bool {
+        now.as_nanos() >= self.until_ns
+            && (0..PRODUCERS).all(|producer| self.scheduler.producer(producer).is_some())
     }
 
     /// To be called once no request is accepted any more: waits for those that were when they were about to be posted.

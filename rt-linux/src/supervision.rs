@@ -15,8 +15,9 @@ use red_core::{Capacity, Scheduler};
 use red_sync::Exclusive;
 use std::sync::Arc;
 
-/// Threads whose bodies never came back and that a run puts up with: each keeps its stack, and its spare takes another.
-const MOST_STUCK: usize = 16;
+/// Threads that a run puts up with losing, to bodies that never come back or for good: each keeps its stack, and its
+/// spare takes another.
+const MOST_LOST: u64 = 16;
 
 pub(crate) struct Supervision<C: Capacity, H, L: Exclusive<Scheduler<C>>> {
     shared: Arc<Shared<C, H, L>>,
@@ -128,7 +129,7 @@ where
         self.stuck.retain(|thread| placement::cpus_of(*thread).is_ok());
         self.stuck.extend(slot.thread().map(Pid::from_raw));
         slot.forget();
-        let may = self.stuck.len() <= MOST_STUCK;
+        let may = self.stuck.len() as u64 + self.threads_died <= MOST_LOST;
         match may.then(|| self.starter.start(lane)) {
             Some(Ok(spare)) => self.spares.push(spare),
             Some(Err(_)) | None => self.gone |= 1 << lane,
@@ -137,7 +138,7 @@ where
 
     /// Spares that are set up take their lanes.
     fn let_in(&mut self) {
-        for spare in mem::take(&mut self.spares) {
+        for mut spare in mem::take(&mut self.spares) {
             let (shared, lane) = (&self.shared, spare.lane);
             match spare.verdict() {
                 None => self.spares.push(spare),

@@ -1,5 +1,6 @@
 //! The threads of lanes, the first ones and spares: how they start together, and what they tell when they end.
 
+use crate::bell::Bell;
 use crate::clock::now_ns;
 use crate::handler::Handler;
 use crate::lane::Lane;
@@ -10,6 +11,7 @@ use crate::shared::Shared;
 use crate::sleeper::Sleeper;
 use crate::timeline::Host;
 use nix::sys::prctl::set_name;
+use nix::unistd::{Pid, gettid};
 use red_core::{Capacity, Scheduler};
 use red_sync::Exclusive;
 use std::ffi::CString;
@@ -32,8 +34,10 @@ const STACK: usize = 256 * 1024;
 pub(crate) struct Starting<S> {
     pub(crate) lane: usize,
     until: Instant,
-    /// What came of its set-up. Closed without, where it panicked.
-    verdict: mpsc::Receiver<Result<(), SetupError>>,
+    /// What came of its set-up: the kernel's number of it. Closed without, where it panicked.
+    verdict: mpsc::Receiver<Result<Pid, SetupError>>,
+    /// That number, once it is known.
+    id: Option<Pid>,
     go: mpsc::Sender<Go<S>>,
     figures: mpsc::Receiver<LaneFigures>,
 }
@@ -60,6 +64,8 @@ pub(crate) struct Starter {
     pub(crate) handlers: Arc<Handlers>,
     pub(crate) enclose: Arc<Enclose>,
     pub(crate) mode: Mode,
+    /// Rung when a thread is set up, so that a spare need not wait for the next look.
+    pub(crate) up: &'static Bell,
 }
 
 impl Starter {
@@ -73,19 +79,17 @@ impl Starter {
         let (go, is_to_go) = mpsc::channel::<Go<Shared<C, H, L>>>();
         let (finished, figures) = mpsc::channel();
         let (handlers, enclose) = (self.handlers.clone(), self.enclose.clone());
-        let fifo = self.mode.fifo(lane);
+        let (fifo, up) = (self.mode.fifo(lane), self.up);
         let main = move || {
             let (handler, verdict) = match set_up(fifo, &*handlers, lane) {
-                Ok(handler) => (Some(handler), Ok(())),
+                Ok(handler) => (Some(handler), Ok(gettid())),
                 Err(e) => (None, Err(e)),
             };
             // Large, so before time starts.
             let figures = LaneFigures::new();
             let _told = told.send(verdict);
+            up.ring();
             let (Some(handler), Ok(Go { shared, thread })) = (handler, is_to_go.recv()) else { return };
-            shared.slots[lane].adopt();
-            // A spare's still shows the body that hung.
-            let _bound = shared.slots[lane].reset();
             let sleeper = if fifo.is_some() { Sleeper::spinning() } else { Sleeper::yielding() };
             let mut lane = Lane { shared: &shared, number: lane, thread, figures, handler };
             lane.run(sleeper);
@@ -93,7 +97,7 @@ impl Starter {
         };
         let builder = thread::Builder::new().name(format!("red-start-{lane}"));
         builder.spawn(move || enclose(Box::new(main))).map_err(|e| no_thread(&e))?;
-        Ok(Starting { lane, until: Instant::now() + START_BOUND, verdict, go, figures })
+        Ok(Starting { lane, until: Instant::now() + START_BOUND, verdict, id: None, go, figures })
     }
 
     /// Starts every lane; either all are set up, or none goes on.
@@ -103,10 +107,10 @@ impl Starter {
         H: Host<C> + 'static,
         L: Exclusive<Scheduler<C>> + Send + Sync + 'static,
     {
-        let starting = (0..lanes).map(|lane| self.start(lane)).collect::<Result<Vec<_>, _>>()?;
-        for thread in &starting {
+        let mut starting = (0..lanes).map(|lane| self.start(lane)).collect::<Result<Vec<_>, _>>()?;
+        for thread in &mut starting {
             let left = thread.until.saturating_duration_since(Instant::now());
-            thread.verdict.recv_timeout(left).unwrap_or(Err(NOT_UP))?;
+            thread.id = Some(thread.verdict.recv_timeout(left).unwrap_or(Err(NOT_UP))?);
         }
         Ok(starting)
     }
@@ -114,16 +118,23 @@ impl Starter {
 
 impl<S> Starting<S> {
     /// What came of its set-up, once that is known; it is also where it takes longer than [`START_BOUND`].
-    pub(crate) fn verdict(&self) -> Option<Result<(), SetupError>> {
+    pub(crate) fn verdict(&mut self) -> Option<Result<(), SetupError>> {
         match self.verdict.try_recv() {
-            Ok(verdict) => Some(verdict),
+            Ok(verdict) => Some(verdict.map(|id| self.id = Some(id))),
             Err(TryRecvError::Empty) if Instant::now() < self.until => None,
             Err(_) => Some(Err(NOT_UP)),
         }
     }
+}
 
+impl<C: Capacity, H, L: Exclusive<Scheduler<C>>> Starting<Shared<C, H, L>> {
     /// Lets it take its lane, as the thread of this number. It was set up.
-    pub(crate) fn go(self, shared: &Arc<S>, thread: u64) -> Started {
+    pub(crate) fn go(self, shared: &Arc<Shared<C, H, L>>, thread: u64) -> Started {
+        let slot = &shared.slots[self.lane];
+        // Here and not by the thread itself, which may be killed before it comes to that.
+        slot.adopt_thread(self.id.map_or(0, Pid::as_raw));
+        // A spare's still shows the body that hung.
+        let _of_that_body = slot.reset();
         let _there = self.go.send(Go { shared: shared.clone(), thread });
         Started { lane: self.lane, thread, figures: self.figures }
     }

@@ -113,13 +113,15 @@ fn releases_that_no_lane_came_to_are_counted() {
 
 #[test]
 fn what_was_asked_for_in_time_is_released_also_where_no_lane_came_to_it() {
+    const ENDS_NS: u64 = 1_000_000_000;
     static RUNNING: OnceLock<(Arc<dyn Control>, TaskId)> = OnceLock::new();
     let _alone = alone();
     let (asked, is_over) = (Arc::new(AtomicUsize::new(0)), Arc::new(AtomicBool::new(false)));
     let (takes, over) = (asked.clone(), is_over.clone());
     let plan = Plan {
-        wcet: Wcet::from_millis(1),
-        duration_ns: JOBS as u64 * PERIOD_NS,
+        // Its bound comes after the end.
+        wcet: Wcet::from_millis(1_000),
+        duration_ns: ENDS_NS,
         drain_ns: 0,
         begin: || (),
         body: move |_: &Work| {
@@ -130,9 +132,10 @@ fn what_was_asked_for_in_time_is_released_also_where_no_lane_came_to_it() {
         },
     };
     let started = |control, task| assert!(RUNNING.set((control, task)).is_ok());
-    let ends = JOBS as u64 * PERIOD_NS;
-    let (host, _) = plan.run(started, |now| is_over.store(now >= ends, Ordering::Relaxed));
-    assert_eq!((asked.load(Ordering::Relaxed), host.released), (1, JOBS + 1));
+    let (host, report) = plan.run(started, |now| is_over.store(now >= ENDS_NS, Ordering::Relaxed));
+    let released = (ENDS_NS / PERIOD_NS) as usize;
+    assert_eq!((asked.load(Ordering::Relaxed), host.released), (1, released + 1));
+    assert_eq!((report.counters.clock_steps_back, report.events_dropped), (0, 0));
 }
 
 #[test]

@@ -32,11 +32,15 @@ fn what_does_not_fit_together_is_refused() {
     setup.scheduler.configure(Config { preempt: true, ..Config::EDF });
     assert_eq!(refused(setup), SetupError::Preempts);
 
-    for cpus in [vec![], vec![0, 1], vec![0, 0]] {
+    for cpus in [vec![], vec![0, 1]] {
         let mode = Mode::RealTime { priority: 40, cpus: cpus.clone() };
         let error = refused(Setup { mode, ..idle() });
         assert_eq!(error, SetupError::NotACpuEach { lanes: 1, cpus });
     }
+    let cpus = vec![0, 0];
+    let mut setup = Setup { lanes: 2, mode: Mode::RealTime { priority: 40, cpus: cpus.clone() }, ..idle() };
+    setup.scheduler.add_pool(1, None).expect("room for two pools");
+    assert_eq!(refused(setup), SetupError::NotACpuEach { lanes: 2, cpus });
     run(idle(), Counted::default(), |_| (), |_| ()).expect("what fits together runs");
 }
 

@@ -217,6 +217,15 @@ fn row_33_the_thread_of_a_lane_dies_and_a_spare_takes_its_place() {
         assert_eq!((told.report.threads_died, told.report.lanes_lost, told.report.gave_up), (2, 0, None));
         // A unit that was under way to the dead lane fails; the others run.
         assert!(told.host.released + told.host.refused == 5 && told.shed() <= 2, "{:?}", told.host.ended);
+
+        // Again and again: each leaves its stack behind, so a run does not go on like that for ever.
+        let dies = |_: usize, _: &Work| {
+            end_this_thread(0);
+            Ok(())
+        };
+        let plan = Plan { duration_ns: 6_000_000_000, drain_ns: 0, ..Plan::of(dies) };
+        let told = plan.run(Notes::default(), |_, _| (), |_| ());
+        assert_eq!((told.report.threads_died, told.report.lanes_lost), (17, 1));
     }) else {
         return;
     };

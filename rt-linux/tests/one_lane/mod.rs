@@ -11,7 +11,8 @@ use red_rt::report::RunReport;
 use red_rt::runtime::{Control, Mode, Setup, run};
 use red_rt::timeline::{Host, Releases};
 
-pub(crate) type OneNode = Caps<1, 1, 64, 1, 1>;
+/// Room for another pool of one lane, which a test may add.
+pub(crate) type OneNode = Caps<1, 1, 64, 2, 2>;
 
 /// Between two releases.
 pub(crate) const PERIOD_NS: u64 = 1_000_000;
