@@ -92,10 +92,11 @@ impl Bell {
     }
 
     /// As [`Bell::ring`], and wakes the waiter also where an earlier ring says that it did: for who suspects that a
-    /// wake-up was lost on its way through the kernel. Always one system call.
+    /// wake-up was lost on its way through the kernel. What the caller wrote before it is not brought along. Always one
+    /// system call.
     pub fn rouse(&self) {
-        // Release: partner of the Acquire in `take`.
-        self.state.swap(RUNG, Ordering::Release);
+        // Relaxed: it brings no news. A read-modify-write, which hands on those of an earlier ring.
+        self.state.swap(RUNG, Ordering::Relaxed);
         futex_wake(&self.state);
     }
 

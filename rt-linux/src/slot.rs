@@ -104,8 +104,9 @@ impl Slot {
     /// by who gives it another thread, or by that thread before it arms.
     pub fn reset(&self) -> Bound {
         loop {
-            // Acquire: partner of the Release in `expire`, so that what was done about the thread is seen.
-            match self.deadline_ns.fetch_update(Ordering::Relaxed, Ordering::Acquire, |deadline| {
+            // Relaxed: who is told that a lane is lost has acquired that. A read-modify-write, so that a late body that
+            // reads the result is after `expire` all the same.
+            match self.deadline_ns.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |deadline| {
                 (deadline != CLAIMED).then_some(FREE)
             }) {
                 Ok(PASSED) => return Bound::Passed,
@@ -135,7 +136,7 @@ impl Slot {
     /// killed, and then it may not be there.
     pub fn expire<R>(&self, act: impl FnOnce(Option<i32>) -> R) -> R {
         let result = act(self.thread());
-        // Release: partner of the Acquire in `disarm` and `reset`.
+        // Release: partner of the Acquire in `disarm`.
         self.deadline_ns.store(PASSED, Ordering::Release);
         result
     }
