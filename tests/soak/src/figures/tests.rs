@@ -49,7 +49,7 @@ fn figures_that_contradict_each_other_are_told() {
         ("an event that was dropped", |report, _| report.events_dropped = 1),
         ("time that went back", |report, _| report.counters.clock_steps_back = 1),
         ("a unit more without a body than there are lanes", |report, _| {
-            report.counters.units = lanes(report) + 1
+            report.counters.units = lanes(report) + 1;
         }),
         ("two more where a lane was lost", |report, _| {
             report.hung = 1;
