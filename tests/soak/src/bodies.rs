@@ -14,6 +14,8 @@ const HANGS_NS: u64 = 1_000_000;
 const HANG: Duration = Duration::from_millis(140);
 /// Threads that die in a workload: each keeps what it owns for ever.
 const MOST_DEATHS: u64 = 3;
+/// Bodies that hang in a workload. With the threads that die they stay far below what a run gives up at.
+const MOST_HANGS: u64 = 3;
 
 /// What the bodies of a workload did.
 #[derive(Debug, Default)]
@@ -22,6 +24,9 @@ pub(crate) struct Tried {
     pub(crate) failed: AtomicU64,
     pub(crate) panicked: AtomicU64,
     pub(crate) died: AtomicU64,
+    hung: AtomicU64,
+    /// Bodies that failed or panicked, by the thread.
+    wrong: Mutex<Vec<Arc<AtomicU64>>>,
     /// Task, job and node of each body that began.
     begun: Mutex<HashSet<(usize, u64, usize)>>,
     /// One that began a second time.
@@ -34,9 +39,20 @@ impl Tried {
         *self.twice.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// Bodies that failed or panicked and of which nobody tells, at most, where so many threads were lost.
+    pub(crate) fn untold(&self, threads: u64) -> u64 {
+        let by_thread = self.wrong.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut by_thread: Vec<u64> = by_thread.iter().map(|wrong| wrong.load(Ordering::Relaxed)).collect();
+        by_thread.sort_unstable();
+        by_thread.iter().rev().zip(0..threads).map(|(wrong, _)| wrong).sum()
+    }
+
     fn may_die(&self) -> bool {
-        let more = |died| (died < MOST_DEATHS).then_some(died + 1);
-        self.died.fetch_update(Ordering::Relaxed, Ordering::Relaxed, more).is_ok()
+        is_one_more(&self.died, MOST_DEATHS)
+    }
+
+    fn may_hang(&self) -> bool {
+        is_one_more(&self.hung, MOST_HANGS)
     }
 
     fn begins(&self, work: &Work) {
@@ -48,17 +64,37 @@ impl Tried {
     }
 }
 
-/// The bodies as one lane runs them.
+/// Counts, up to a bound: whether there was room for one more.
+fn is_one_more(count: &AtomicU64, most: u64) -> bool {
+    let more = |count| (count < most).then_some(count + 1);
+    count.fetch_update(Ordering::Relaxed, Ordering::Relaxed, more).is_ok()
+}
+
+/// The bodies as one thread of a lane runs them.
 pub(crate) struct Bodies {
-    pub(crate) seed: u64,
-    pub(crate) tried: Arc<Tried>,
+    seed: u64,
+    tried: Arc<Tried>,
     /// Whether they keep their CPU.
-    pub(crate) spins: bool,
+    spins: bool,
     /// Whether threads die in them.
-    pub(crate) dies: bool,
+    dies: bool,
+    /// Those of this thread that failed or panicked.
+    wrong: Arc<AtomicU64>,
 }
 
 impl Bodies {
+    /// For a thread that begins.
+    pub(crate) fn of(seed: u64, tried: Arc<Tried>, spins: bool, dies: bool) -> Self {
+        let wrong = Arc::<AtomicU64>::default();
+        tried.wrong.lock().unwrap_or_else(PoisonError::into_inner).push(wrong.clone());
+        Self { seed, tried, spins, dies, wrong }
+    }
+
+    fn goes_wrong(&self, how: &AtomicU64) {
+        how.fetch_add(1, Ordering::Relaxed);
+        self.wrong.fetch_add(1, Ordering::Relaxed);
+    }
+
     fn pass(&self, time: Duration) {
         if !self.spins {
             return thread::sleep(time);
@@ -79,14 +115,14 @@ impl Handler for Bodies {
         let took = Duration::from_nanos(work.wcet_ns * rng.within(0, 90) / 100);
         match rng.within(0, 1_999) {
             0..3 => {
-                tried.failed.fetch_add(1, Ordering::Relaxed);
+                self.goes_wrong(&tried.failed);
                 return Err(Failed);
             }
             3..6 => {
-                tried.panicked.fetch_add(1, Ordering::Relaxed);
+                self.goes_wrong(&tried.panicked);
                 panic!("planted");
             }
-            6..9 if work.wcet_ns < HANGS_NS => self.pass(HANG),
+            6..9 if work.wcet_ns < HANGS_NS && tried.may_hang() => self.pass(HANG),
             9..19 if self.dies && tried.may_die() => end_this_thread(),
             _ => self.pass(took),
         }

@@ -66,8 +66,8 @@ const ALL: [(Count, &str, Promise); 19] = [
     (Replayed, "inputs replayed", Made),
 ];
 
-/// From so many workloads on, what was promised has happened.
-const ENOUGH: u64 = 12;
+/// From so many workloads on, what was promised has happened; fewer say too little.
+pub(crate) const ENOUGH: u64 = 12;
 
 /// How often each happened.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -2,6 +2,7 @@
 
 use crate::bodies::{Bodies, Tried};
 use crate::counts::{Count, Counts};
+use crate::figures::wrong_figures;
 use crate::judge::{Judge, Robot};
 use crate::replayed::replayed;
 use crate::rights::PRIORITY;
@@ -10,7 +11,6 @@ use red_core::{Empty, Scheduler, TaskId};
 use red_record::{Header, Writer};
 use red_rt::handler::Handler;
 use red_rt::placement::{choose_cpus, usable_cpus};
-use red_rt::report::RunReport;
 use red_rt::runtime::{Control, Mode, Setup, run};
 use red_rt::timeline::Releases;
 use red_tests::rng::Rng;
@@ -30,6 +30,8 @@ const DRAIN: Duration = Duration::from_secs(60);
 const BURST: usize = 12;
 /// Threads outside of the lanes that release.
 const PRODUCERS: u64 = 2;
+/// How long a process is halted: a standstill, and shorter than the bound of any body, so that none hangs by it.
+const HALT_S: f64 = 0.06;
 /// Lanes' threads have ended long before, those too that were given up.
 const LATE: Duration = Duration::from_secs(30);
 
@@ -44,6 +46,8 @@ pub(crate) enum Plant {
     Replay,
     /// Nothing is edited.
     Edits,
+    /// A workload never ends; one apart is halted for good.
+    Stuck,
 }
 
 /// How an episode goes.
@@ -69,7 +73,7 @@ pub(crate) fn episode(drawn: &Drawn, to: Conditions, log: &Path) -> Result<(Coun
     let tried = Arc::new(Tried::default());
     let handlers = {
         let (tried, seed, spins, dies) = (tried.clone(), *seed, *realtime, to.apart);
-        move |_lane| -> Box<dyn Handler> { Box::new(Bodies { seed, tried: tried.clone(), spins, dies }) }
+        move |_lane| -> Box<dyn Handler> { Box::new(Bodies::of(seed, tried.clone(), spins, dies)) }
     };
     let cpus = || usable_cpus().and_then(|usable| choose_cpus(lanes, &usable)).map_err(|e| e.to_string());
     let mode =
@@ -92,7 +96,7 @@ pub(crate) fn episode(drawn: &Drawn, to: Conditions, log: &Path) -> Result<(Coun
             main();
         }),
     };
-    let halt = to.apart.then(|| halt_and_go_on(to.length / 4));
+    let halted = to.apart.then(|| halt(to.length / 4, to.plant != Some(Plant::Stuck)));
     let over = Arc::new(AtomicBool::new(false));
     let accepted = Arc::new(AtomicU64::new(0));
     let mut outside = Vec::new();
@@ -106,7 +110,7 @@ pub(crate) fn episode(drawn: &Drawn, to: Conditions, log: &Path) -> Result<(Coun
     };
     let finished = run(setup, judge, started, |_now| {});
     over.store(true, Ordering::Relaxed);
-    outside.into_iter().chain(halt).for_each(|thread| drop(thread.join()));
+    outside.into_iter().chain(halted).for_each(|thread| drop(thread.join()));
     let (totals, unwritten) = writer.finish();
     let (mut judge, report) = finished.map_err(|e| e.to_string())?;
     if !to.apart {
@@ -140,32 +144,10 @@ pub(crate) fn episode(drawn: &Drawn, to: Conditions, log: &Path) -> Result<(Coun
     if to.plant == Some(Plant::Leak) {
         Vec::leak(vec![1_u8; 1024]);
     }
-    Ok((counts, stopped))
-}
-
-/// What the figures of a run contradict.
-fn wrong_figures(report: &RunReport, tried: &Tried) -> Option<String> {
-    let [ran, failed, panicked, died] =
-        [&tried.ran, &tried.failed, &tried.panicked, &tried.died].map(|count| count.load(Ordering::Relaxed));
-    // Of a thread that was given up the unit may be discarded before its body began, and the figures are lost.
-    let all_told = report.hung == 0 && died == 0 && report.stopped_by.is_none();
-    if let Some(why) = report.gave_up {
-        Some(format!("the run gave up: {why}"))
-    } else if report.lanes_lost > 0 {
-        Some(format!("{} lanes were lost", report.lanes_lost))
-    } else if report.events_dropped > 0 {
-        Some(format!("{} events were dropped", report.events_dropped))
-    } else if report.counters.clock_steps_back > 0 {
-        Some(format!("time went back {} times", report.counters.clock_steps_back))
-    } else if all_told && ran != report.counters.units {
-        Some(format!("{} units, {ran} bodies", report.counters.units))
-    } else if all_told && failed + panicked != report.failed {
-        Some(format!("{failed} bodies failed and {panicked} panicked, told are {}", report.failed))
-    } else if report.threads_died > died {
-        Some(format!("{died} threads died, told are {}", report.threads_died))
-    } else {
-        None
+    while to.plant == Some(Plant::Stuck) {
+        thread::park();
     }
+    Ok((counts, stopped))
 }
 
 /// Waits until the threads of all lanes have ended, those too that were given up: nothing is held after that.
@@ -180,7 +162,10 @@ fn ended(threads: &Arc<()>) -> Result<(), String> {
     Ok(())
 }
 
-fn built(workload: &Workload, policy: Policy) -> (Box<Scheduler<Robot>>, Plan<Robot>, Vec<TaskId>) {
+pub(crate) fn built(
+    workload: &Workload,
+    policy: Policy,
+) -> (Box<Scheduler<Robot>>, Plan<Robot>, Vec<TaskId>) {
     let mut scheduler: Box<Scheduler<Robot>> = Box::new(Scheduler::EMPTY);
     let (plan, tasks) =
         build::admit(&mut scheduler, workload, policy.config()).expect("random workloads are valid");
@@ -241,10 +226,13 @@ fn burst(
     })
 }
 
-/// Halts this process for a while, from another one.
-fn halt_and_go_on(after: Duration) -> JoinHandle<()> {
+/// Halts this process from another one, for a while if it `goes_on`.
+fn halt(after: Duration, goes_on: bool) -> JoinHandle<()> {
     let me = process::id();
-    let script = format!("sleep {}; kill -STOP {me}; sleep 0.3; kill -CONT {me}", after.as_secs_f64());
+    let after = after.as_secs_f64();
+    let go_on = if goes_on { format!("sleep {HALT_S}; kill -CONT {me}") } else { String::new() };
+    // A Ctrl-C is for all processes of the terminal: who let this one go on must not end before.
+    let script = format!("trap '' INT TERM HUP; sleep {after}; kill -STOP {me}; {go_on}");
     thread::spawn(move || {
         // Where there is no shell nothing stands still, which the counts tell.
         let _status = Command::new("sh").args(["-c", &script]).stdin(Stdio::null()).status();

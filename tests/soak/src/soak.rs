@@ -1,8 +1,10 @@
 //! Workload after workload, until the time is over, something is wrong, or a signal comes.
 
-use crate::counts::{Count, Counts};
+use crate::alarm::{Alarm, kill};
+use crate::counts::{Count, Counts, ENOUGH};
 use crate::episode::{Conditions, Plant, episode};
 use crate::memory::{Memory, Verdict};
+use crate::repeat::Repeat;
 use crate::rights;
 use crate::workload::Drawn;
 use red_rt::setup::SetupError;
@@ -10,15 +12,15 @@ use red_rt::stop::StopSignals;
 use std::env;
 use std::fs;
 use std::path::PathBuf;
-use std::process::{self, Command};
-use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
-use std::thread;
+use std::process::{self, Command, Stdio};
 use std::time::{Duration, Instant};
 
 /// Between two lines of progress.
 const PROGRESS: Duration = Duration::from_secs(60);
 /// A workload has ended long before.
 const STUCK: Duration = Duration::from_secs(300);
+/// The same where it is stuck on purpose.
+const STUCK_BY_PLANT: Duration = Duration::from_secs(2);
 /// More workloads than there can be in an hour.
 const ROOM: usize = 4_096;
 
@@ -28,6 +30,8 @@ pub(crate) struct Wish {
     pub(crate) time: Duration,
     pub(crate) workloads: Option<u64>,
     pub(crate) seed: u64,
+    /// One workload, to see it again: nothing is said about the whole.
+    pub(crate) repeats: bool,
     pub(crate) best_effort: bool,
     pub(crate) to: Conditions,
 }
@@ -38,6 +42,8 @@ pub(crate) enum Failure {
     Machine(SetupError),
     /// Something that must not be, in words of several lines.
     Wrong(String),
+    /// Nothing, of too little to say more; the summary tells it.
+    Short,
 }
 
 /// A soak that goes on.
@@ -83,54 +89,67 @@ impl Soak<'_> {
     /// One workload: here, or in a process of its own.
     fn workload(&mut self, seed: u64) -> Result<(), Failure> {
         let to = self.wish.to;
+        let edits = to.plant != Some(Plant::Edits);
+        let drawn = Drawn::of(seed, to.length.as_nanos() as u64, self.cpus, edits);
         if seed % 4 == 3 && !to.apart {
-            self.total += self.apart(seed).map_err(Failure::Wrong)?;
+            self.total += self.apart(&drawn).map_err(Failure::Wrong)?;
             return Ok(());
         }
-        let alarm = alarm(seed);
-        let edits = to.plant != Some(Plant::Edits);
-        let log = self.log(seed);
-        let drawn = Drawn::of(seed, to.length.as_nanos() as u64, self.cpus, edits);
-        let (counts, _stopped) = episode(&drawn, to, &log).map_err(|wrong| {
-            let lanes: u32 = drawn.workload.pools.iter().map(|pool| pool.lanes).sum();
-            let mode = if drawn.realtime { "real time" } else { "best effort" };
-            let replay = if log.exists() {
-                format!("\nits log: redrt replay {}", log.display())
-            } else {
-                String::new()
-            };
-            Failure::Wrong(format!(
-                "seed {seed} (policy {}, lanes: {lanes}, {mode}): {wrong}{replay}\nagain: {}",
-                drawn.policy,
-                self.again(seed)
-            ))
-        })?;
+        let log = log(process::id(), seed);
+        let repeat = || Repeat::of(&drawn, log.clone(), &self.words(seed));
+        let (limit, is_stuck) = (self.limit(), repeat());
+        let alarm = Alarm::set(limit, move || {
+            let wrong = format!("it has not ended after {} s", limit.as_secs());
+            println!("soak: VIOLATION: {}", is_stuck.told(&wrong));
+            process::exit(1);
+        });
+        let (counts, _stopped) =
+            episode(&drawn, to, &log).map_err(|wrong| Failure::Wrong(repeat().told(&wrong)))?;
         self.total += counts;
         drop(drawn);
         let _gone = fs::remove_file(log);
         drop(alarm);
-        self.memory.look();
+        // Threads that died keep what they owned: it would count as left behind.
+        if !to.apart {
+            self.memory.look();
+        }
         Ok(())
     }
 
     /// A workload whose threads die and whose process is halted: this program again.
-    fn apart(&self, seed: u64) -> Result<Counts, String> {
+    fn apart(&self, drawn: &Drawn) -> Result<Counts, String> {
         // By this name it is the same program even where its file was built anew meanwhile.
         let mut command = Command::new("/proc/self/exe");
-        command.args(self.words(seed)).arg("--apart");
-        let output = command.output().map_err(|e| format!("this program: {e}"))?;
+        let words = self.words(drawn.seed);
+        command.args(&words).arg("--apart").stdin(Stdio::null());
+        let told = |e| format!("this program: {e}");
+        let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().map_err(told)?;
+        let process = child.id();
+        // It has an alarm of its own, which comes first unless the process is halted.
+        let alarm = Alarm::set(self.limit() * 2, move || kill(process));
+        let output = child.wait_with_output().map_err(told)?;
+        drop(alarm);
         let text = String::from_utf8_lossy(&output.stdout);
         if output.status.success() {
             return Ok(Counts::read(&text));
         }
-        let told = String::from_utf8_lossy(&output.stderr);
-        Err(format!("in a process of its own, {}:\n{text}{told}", output.status))
+        let rest = String::from_utf8_lossy(&output.stderr);
+        let wrong = format!("in a process of its own, {}:\n{text}{rest}", output.status);
+        // What ended with 1 told all of it itself.
+        let is_told = output.status.code() == Some(1);
+        let log = log(process, drawn.seed);
+        Err(if is_told { wrong } else { Repeat::of(drawn, log, &words).told(&wrong) })
+    }
+
+    /// A workload has ended by then.
+    fn limit(&self) -> Duration {
+        if self.wish.to.plant == Some(Plant::Stuck) { STUCK_BY_PLANT } else { STUCK }
     }
 
     /// The arguments that repeat this workload.
     fn words(&self, seed: u64) -> Vec<String> {
         let Wish { to, best_effort, .. } = self.wish;
-        let mut words = vec!["--workloads".to_owned(), "1".to_owned(), "--seed".to_owned(), seed.to_string()];
+        let mut words = vec!["--repeat".to_owned(), seed.to_string()];
         words.extend(["--length-ms".to_owned(), to.length.as_millis().to_string()]);
         if let Some(plant) = to.plant {
             words.extend(["--plant".to_owned(), plant.name().to_owned()]);
@@ -140,21 +159,18 @@ impl Soak<'_> {
         words
     }
 
-    fn again(&self, seed: u64) -> String {
-        format!("cargo xtask soak {}", self.words(seed).join(" "))
-    }
-
-    fn log(&self, seed: u64) -> PathBuf {
-        env::temp_dir().join(format!("red-soak-{}-seed-{seed}.redlog", process::id()))
-    }
-
     /// The summary, and what only the whole shows.
     fn finish(self, stopped_by: Option<&str>) -> Result<(), Failure> {
         let seconds = self.begin.elapsed().as_secs();
         print!("soak: {seconds} s, seeds from {}\n{}", self.wish.seed, self.total);
-        let grown = match self.memory.verdict() {
+        let verdict = self.memory.verdict();
+        let is_short =
+            self.total[Count::Workloads] < ENOUGH || verdict == Verdict::Unknown && !self.wish.to.apart;
+        let grown = match verdict {
             Verdict::Unknown => {
-                println!("memory: not judged, too few workloads");
+                let why =
+                    if self.wish.to.apart { "threads that died keep theirs" } else { "too few workloads" };
+                println!("memory: not judged, {why}");
                 None
             }
             Verdict::Flat(growth) => {
@@ -168,26 +184,25 @@ impl Soak<'_> {
         if let Some(wrong) = grown.or(untried) {
             return Err(Failure::Wrong(wrong));
         }
-        let word = stopped_by.map_or_else(|| "clean".to_owned(), |signal| format!("stopped by {signal}"));
+        let is_short = is_short && !self.wish.repeats;
+        let word = match stopped_by {
+            Some(signal) => format!("stopped by {signal}"),
+            None if self.wish.repeats => format!("seed {} alone", self.wish.seed),
+            None if is_short => "not clean".to_owned(),
+            None => "clean".to_owned(),
+        };
         let (all, realtime) = (self.total[Count::Workloads], self.total[Count::RealTime]);
         let mode = if self.cpus == 0 {
             "BEST EFFORT, not real time".to_owned()
         } else {
             format!("{realtime} of {all} workloads in real time")
         };
-        println!("soak: {word}: no violation, every log replayed without a difference; {mode}");
-        Ok(())
+        let short = if is_short { ", but too short to judge" } else { "" };
+        println!("soak: {word}: no violation, every log replayed without a difference{short}; {mode}");
+        if is_short { Err(Failure::Short) } else { Ok(()) }
     }
 }
 
-/// Ends the process if this is not dropped in time: threads that wait for each other tell nobody.
-fn alarm(seed: u64) -> Sender<()> {
-    let (held, is_held) = channel();
-    thread::spawn(move || {
-        if is_held.recv_timeout(STUCK) == Err(RecvTimeoutError::Timeout) {
-            println!("soak: VIOLATION: seed {seed} has not ended after {} s", STUCK.as_secs());
-            process::exit(1);
-        }
-    });
-    held
+fn log(process: u32, seed: u64) -> PathBuf {
+    env::temp_dir().join(format!("red-soak-{process}-seed-{seed}.redlog"))
 }

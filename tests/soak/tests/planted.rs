@@ -6,6 +6,7 @@ use red_workload::{Format, build, parse};
 use std::fs::{self, File};
 use std::io::BufReader;
 use std::os::unix::fs::MetadataExt;
+use std::os::unix::process::CommandExt;
 use std::path::PathBuf;
 use std::process::{Child, Command, Output, Stdio};
 use std::sync::{Mutex, PoisonError};
@@ -34,6 +35,8 @@ fn watched(
     let mut command = Command::new(env!("CARGO_BIN_EXE_red-soak"));
     command.args(["--best-effort", "--length-ms", "150"]).args(words).env("TMPDIR", &folder);
     command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    // As a shell starts it: in a group of processes of its own.
+    command.process_group(0);
     let mut child = command.spawn().expect("the program starts");
     meanwhile(&mut child, &folder);
     let output = child.wait_with_output().expect("it ends");
@@ -63,7 +66,7 @@ fn a_kibibyte_that_each_workload_leaves_behind_is_found() {
 
 #[test]
 fn a_replay_that_differs_is_found() {
-    let (output, text, _) = soak("replay", &["--workloads", "1", "--plant", "replay"]);
+    let (output, text, _) = soak("replay", &["--repeat", "1", "--plant", "replay"]);
     assert_eq!(output.status.code(), Some(1), "{text}");
     assert!(text.contains("VIOLATION: seed 1") && text.contains("is replayed as"), "{text}");
 }
@@ -77,10 +80,10 @@ fn a_soak_that_edits_nothing_is_not_clean() {
 
 #[test]
 fn what_repeats_a_violation_is_kept_and_named() {
-    let (output, text, folder) = soak("start", &["--workloads", "1", "--seed", "6", "--plant", "start"]);
+    let (output, text, folder) = soak("start", &["--repeat", "6", "--plant", "start"]);
     assert_eq!(output.status.code(), Some(1), "{text}");
     assert!(text.contains("VIOLATION: seed 6") && text.contains("a second time"), "{text}");
-    assert!(text.contains("again: cargo xtask soak --workloads 1 --seed 6"), "{text}");
+    assert!(text.contains("again: cargo xtask soak --repeat 6 "), "{text}");
     let [log] = &logs(&folder)[..] else { panic!("one log: {folder:?}") };
     assert!(text.contains(&format!("redrt replay {}", log.display())), "{text}");
     // As `redrt replay` does it: from the log alone.
@@ -99,17 +102,76 @@ fn what_repeats_a_violation_is_kept_and_named() {
 }
 
 #[test]
+fn a_soak_of_few_workloads_is_not_clean() {
+    // The heap is not judged either; in the second, where threads died, it never is.
+    for words in [&["--workloads", "13"][..], &["--workloads", "2", "--apart"]] {
+        let (output, text, _) = soak("few", words);
+        assert_eq!(output.status.code(), Some(1), "{text}");
+        assert!(text.contains("soak: not clean") && text.contains("too short to judge"), "{text}");
+    }
+}
+
+#[test]
+fn a_soak_apart_leaves_the_heap_alone() {
+    let (output, text, _) = soak("apart", &["--workloads", "20", "--length-ms", "300", "--apart"]);
+    assert_eq!(output.status.code(), Some(0), "{text}");
+    assert!(text.contains("memory: not judged, threads that died") && text.contains("soak: clean"), "{text}");
+}
+
+/// The second seed's process is halted and not let go on.
+#[test]
+fn a_workload_that_does_not_end_is_told_as_a_violation_is() {
+    for seed in ["1", "3"] {
+        let (output, text, folder) = soak("stuck", &["--repeat", seed, "--plant", "stuck"]);
+        assert_eq!(output.status.code(), Some(1), "{text}");
+        assert!(text.contains(&format!("VIOLATION: seed {seed} (policy ")), "{text}");
+        assert!(text.contains(&format!("again: cargo xtask soak --repeat {seed} ")), "{text}");
+        let [log] = &logs(&folder)[..] else { panic!("one log: {folder:?}") };
+        assert!(text.contains(&format!("redrt replay {}", log.display())), "{text}");
+    }
+}
+
+fn tell(process: &str) {
+    // Negative, it is a group of processes.
+    let told = Command::new("kill").args(["-INT", "--", process]).status();
+    assert!(told.expect("every system has it").success());
+}
+
+#[test]
 fn a_signal_ends_it_with_its_summary() {
     let stop = |child: &mut Child, folder: &PathBuf| {
         while logs(folder).is_empty() && child.try_wait().expect("ours").is_none() {
             thread::yield_now();
         }
-        let told = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
-        assert!(told.expect("every system has it").success());
+        tell(&child.id().to_string());
     };
     let (output, text, folder) = watched("stop", &["--minutes", "10"], stop);
-    assert_eq!(output.status.code(), Some(0), "{text}");
+    // Stopped in its first workload: nothing is wrong, and nothing is shown.
+    assert_eq!(output.status.code(), Some(1), "{text}");
     assert!(text.contains("jobs released") && text.contains("soak: stopped by SIGINT"), "{text}");
+    assert!(text.contains("no violation") && text.contains("too short to judge"), "{text}");
+    assert_eq!(logs(&folder), Vec::<PathBuf>::new());
+}
+
+/// Whether the process has a child, and that is halted.
+fn has_halted_child(process: u32) -> bool {
+    let read = |path: String| fs::read_to_string(path).unwrap_or_default();
+    let children = read(format!("/proc/{process}/task/{process}/children"));
+    children.split_whitespace().any(|child| {
+        read(format!("/proc/{child}/stat")).rsplit(')').next().is_some_and(|state| state.starts_with(" T"))
+    })
+}
+
+#[test]
+fn a_signal_to_all_processes_finds_none_halted_for_good() {
+    let stop = |child: &mut Child, _: &PathBuf| {
+        while !has_halted_child(child.id()) && child.try_wait().expect("ours").is_none() {
+            thread::yield_now();
+        }
+        tell(&format!("-{}", child.id()));
+    };
+    let (_, text, folder) = watched("group", &["--repeat", "3", "--length-ms", "2000"], stop);
+    assert!(text.contains("soak: stopped by SIGINT") && !text.contains("VIOLATION"), "{text}");
     assert_eq!(logs(&folder), Vec::<PathBuf>::new());
 }
 
@@ -127,11 +189,11 @@ fn without_rights(words: &[&str]) -> Output {
 
 #[test]
 fn without_rights_it_is_refused_or_labelled_as_best_effort() {
-    let refused = without_rights(&["--workloads", "1"]);
+    let refused = without_rights(&["--repeat", "1"]);
     let told = String::from_utf8_lossy(&refused.stderr);
     assert_eq!((refused.status.code(), refused.stdout.len()), (Some(3), 0), "{told}");
     assert!(told.contains("fix: ") && told.contains("`--best-effort`"), "{told}");
-    let labelled = without_rights(&["--workloads", "1", "--length-ms", "50", "--best-effort"]);
+    let labelled = without_rights(&["--repeat", "1", "--length-ms", "50", "--best-effort"]);
     let text = String::from_utf8_lossy(&labelled.stdout);
     assert_eq!(labelled.status.code(), Some(0), "{text}");
     let (first, last) = (text.lines().next().unwrap_or(""), text.lines().last().unwrap_or(""));
@@ -141,7 +203,14 @@ fn without_rights_it_is_refused_or_labelled_as_best_effort() {
 
 #[test]
 fn wrong_arguments_are_refused() {
-    for words in [&["--plant", "nothing"][..], &["--minutes"], &["--minutes", "many"], &["--hours", "1"]] {
+    for words in [
+        &["--plant", "nothing"][..],
+        &["--minutes"],
+        &["--minutes", "many"],
+        &["--hours", "1"],
+        &["--workloads", "0"],
+        &["--seconds", "0"],
+    ] {
         let output = Command::new(env!("CARGO_BIN_EXE_red-soak")).args(words).output().expect("it starts");
         assert_eq!(output.status.code(), Some(2), "{words:?}");
     }
