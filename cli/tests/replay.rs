@@ -10,11 +10,11 @@ use alone::alone;
 use process::{file, run};
 use refused::refused;
 use serde_json::Value;
-use std::fs;
-use std::io::{BufRead, BufReader};
+use std::fs::{self, File};
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::thread;
+use std::time::{Duration, Instant};
 
 /// A stage with an encoder, and a node that comes and goes.
 const FILE: &str = r#"
@@ -206,30 +206,40 @@ period = "20ms"
 node = [{ name = "n", wcet = "2ms", body = { spin = "100us" } }]
 "#;
 
+/// Between two looks at the length of a log.
+const LOOK: Duration = Duration::from_millis(20);
+/// A run that has written nothing by then never will.
+const HANGS: Duration = Duration::from_secs(300);
+
 /// Records a run of ten minutes until the log has grown in the file, and then ends it with this signal.
 fn ended_by(signal: &str) -> (String, Option<i32>, String) {
     let workload = file(&format!("replay-{signal}.toml"), LONG.as_bytes());
     let log = file(&format!("replay-{signal}.redlog"), b"");
+    let told = File::create(log.with_extension("err")).expect("a file of our own");
     let mut command = process::command(&["run", workload.to_str().expect("the path is text")]);
     command.args(["--duration", "600s", "--best-effort", "--json", "--record"]).arg(&log);
-    let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("it starts");
-    let mut told = BufReader::new(child.stderr.take().expect("it is piped")).lines();
-    let length = || fs::metadata(&log).expect("it was made").len();
-    let mut lengths = Vec::new();
-    // The header with the workload, then blocks. A run tells how far it is.
-    while lengths.first().is_none_or(|begin| length() == *begin) {
-        told.next().expect("it goes on").expect("UTF-8");
-        if length() > 0 {
-            lengths.push(length());
-        }
-    }
+    let child = command.stdout(Stdio::piped()).stderr(told).spawn().expect("it starts");
+    wait_for_a_block(&log);
     let kill = format!("kill -{signal} {}", child.id());
     assert!(Command::new("sh").args(["-c", &kill]).status().expect("there is a shell").success());
-    let rest = thread::spawn(move || told.for_each(drop));
     let output = child.wait_with_output().expect("it ends");
-    rest.join().expect("no panic");
     let log = log.to_str().expect("the path is text").to_owned();
     (log, output.status.code(), String::from_utf8(output.stdout).expect("UTF-8"))
+}
+
+/// Waits until there is more in a log than its beginning: 16 bytes, the header whose length they tell, and the totals.
+fn wait_for_a_block(log: &Path) {
+    let begun = Instant::now();
+    loop {
+        let bytes = fs::read(log).expect("it was made");
+        let header =
+            bytes.get(8..12).map(|length| u32::from_le_bytes(length.try_into().expect("four bytes")));
+        if header.is_some_and(|header| bytes.len() > 16 + header as usize + 24) {
+            return;
+        }
+        assert!(begun.elapsed() < HANGS, "no block of {} came", log.display());
+        thread::sleep(LOOK);
+    }
 }
 
 #[test]
