@@ -25,7 +25,7 @@ mod totals;
 mod words;
 mod writer;
 
-pub use entry::{Answer, Call, Entry};
+pub use entry::{Answer, Call, End, Entry};
 pub use error::LogError;
 pub use header::{FORMAT, Header};
 pub use reader::Reader;

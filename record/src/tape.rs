@@ -1,7 +1,7 @@
 //! The side under the lock: entries into chunks, full chunks into a mailbox.
 
 use crate::entry::Entry;
-use crate::started::Started;
+use crate::started::{Started, Starts};
 use crate::words::{Books, LONGEST};
 use red_core::{Instant, LaneId, UnitId};
 use red_sync::Mailbox;
@@ -84,8 +84,7 @@ pub struct Tape {
     chunk: Chunk,
     books: Books,
     dropped: u64,
-    /// Whether the scheduler's places for results were full once.
-    full: bool,
+    starts: Starts,
 }
 
 impl Tape {
@@ -100,7 +99,8 @@ impl Tape {
             while post.push(Chunk::new()).is_ok() {}
         }
         let chunk = exchange.empty.pop().unwrap_or_else(Chunk::new);
-        (Self { exchange: exchange.clone(), chunk, books: Books::new(), dropped: 0, full: false }, exchange)
+        let (books, starts) = (Books::new(), Starts::new(false));
+        (Self { exchange: exchange.clone(), chunk, books, dropped: 0, starts }, exchange)
     }
 
     /// The time of the last entry, for calls that are given none.
@@ -109,8 +109,8 @@ impl Tape {
     }
 
     /// For [`Started::of`].
-    pub(crate) const fn full(&mut self) -> &mut bool {
-        &mut self.full
+    pub(crate) const fn starts(&mut self) -> &mut Starts {
+        &mut self.starts
     }
 
     /// A call whose answer is as nearly always: the beginning of a turn.

@@ -38,7 +38,7 @@ fn the_last_entry_says_when_the_run_ended() {
     }
     let last = last.expect("it has entries");
     assert_eq!((last.call, last.now), (Call::End, Instant::from_nanos(100_000_000)));
-    assert!(matches!(last.answer, Answer::Counters(_)));
+    assert!(matches!(last.answer, Answer::End(_)));
 }
 
 /// What a recording is that polls, and ends so many times, and polls so many times more.

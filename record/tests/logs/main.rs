@@ -2,6 +2,7 @@
 
 mod ends;
 mod jobs;
+mod starts;
 
 use red_core::{
     Action, Caps, Config, Dag, Duration, Empty, Frame, Instant, LaneId, Node, Scheduler, TaskId, Timing,
@@ -265,6 +266,8 @@ fn the_last_entry_has_the_counters() {
     while let Some(entry) = log.next_entry().unwrap() {
         last = Some(entry.answer);
     }
-    assert!(matches!(last, Some(Answer::Counters(c)) if c.units > 0 && c.clock_steps_back == 2));
+    assert!(
+        matches!(last, Some(Answer::End(end)) if end.counters.units > 0 && end.counters.clock_steps_back == 2)
+    );
     assert_eq!(log.totals().map(|totals| totals.entries), Some(totals.entries));
 }
