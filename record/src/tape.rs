@@ -3,6 +3,7 @@
 use crate::entry::Entry;
 use crate::started::{Started, Starts};
 use crate::words::{Books, LONGEST};
+use core::hint::cold_path;
 use red_core::{Instant, LaneId, UnitId};
 use red_sync::Mailbox;
 use std::sync::Arc;
@@ -128,7 +129,12 @@ impl Tape {
     /// Its end. Nothing was written since it began, so that there is still room.
     #[inline(always)]
     pub(crate) fn found_nothing(&mut self, lane: LaneId, now: Instant) -> bool {
-        self.books.end_turn(lane, now, &mut self.chunk)
+        let ends = self.books.end_turn(lane, now, &mut self.chunk);
+        if ends && self.exchange.wanted.load(Ordering::Relaxed) {
+            cold_path();
+            self.hand_over();
+        }
+        ends
     }
 
     /// Any entry.
@@ -149,6 +155,7 @@ impl Tape {
     }
 
     /// The chunk is full or wanted: another one, if there is one, and else a full one is the end.
+    #[inline(never)]
     fn hand_over(&mut self) {
         self.exchange.wanted.store(false, Ordering::Relaxed);
         // Once an entry was dropped none is taken any more: it would be freed here.
