@@ -11,7 +11,7 @@ use process::{file, run};
 use refused::refused;
 use serde_json::Value;
 use std::fs::{self, File};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -318,13 +318,34 @@ fn what_if_answers_in_virtual_time_with_what_was_recorded() {
 const SLOW_DISK: &[u8] =
     b"#include <unistd.h>\nint fdatasync(int file) { (void)file; return (int)sleep(2); }\n";
 
+/// A disk that does not keep what it took.
+const BAD_DISK: &[u8] =
+    b"#include <errno.h>\nint fdatasync(int file) { (void)file; errno = EIO; return -1; }\n";
+
+/// This disk, for `LD_PRELOAD`.
+fn disk(name: &str, source: &[u8]) -> PathBuf {
+    let source = file(&format!("replay-{name}.c"), source);
+    let disk = source.with_extension("so");
+    let compiled = Command::new("cc").args(["-shared", "-fPIC", "-o"]).args([&disk, &source]).status();
+    assert!(compiled.expect("no C compiler; install it with: apt-get install gcc libc6-dev").success());
+    disk
+}
+
+#[test]
+fn a_log_that_the_disk_did_not_keep_is_not_whole() {
+    let (disk, log) = (disk("bad", BAD_DISK), file("replay-bad.redlog", b""));
+    let workload = file("replay-bad.toml", FILE.as_bytes());
+    let (log, workload) = [&log, &workload].map(|path| path.to_str().expect("the path is text")).into();
+    let _alone = alone();
+    let mut command = process::command(&["run", workload, "--duration", "100ms", "--best-effort"]);
+    let output = command.args(["--record", log]).env("LD_PRELOAD", disk).output().expect("it starts");
+    assert_eq!(output.status.code(), Some(3), "{}", String::from_utf8_lossy(&output.stderr));
+    refused(run(&["replay", log]), 2, &["cannot be replayed to the end", "the file could not be written"]);
+}
+
 #[test]
 fn a_log_that_keeps_its_run_waiting_says_so_where_somebody_looks() {
-    let source = file("replay-slow.c", SLOW_DISK);
-    let (disk, log) = (source.with_extension("so"), source.with_extension("redlog"));
-    let mut compiler = Command::new("cc");
-    let compiled = compiler.args(["-shared", "-fPIC", "-o"]).args([&disk, &source]).status();
-    assert!(compiled.expect("no C compiler; install it with: apt-get install gcc libc6-dev").success());
+    let (disk, log) = (disk("slow", SLOW_DISK), file("replay-slow.redlog", b""));
     let workload = file("replay-slow.toml", FILE.as_bytes());
     let path = |path: &Path| path.to_str().expect("the path is text").to_owned();
     let run = format!(

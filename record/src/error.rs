@@ -115,6 +115,9 @@ impl fmt::Display for LogError {
             Self::NotClosed => f.write_str(
                 "it was not closed: the recording program was killed, or still runs; record again, or wait for its end",
             ),
+            Self::Incomplete { dropped: 0, cut } => {
+                write!(f, "it cannot be replayed to the end: {cut}, so it may not be as recorded; {}", cut.cure())
+            }
             Self::Incomplete { dropped, cut } => {
                 write!(f, "it cannot be replayed to the end: {cut}, and the last {dropped} inputs are missing; ")?;
                 f.write_str(cut.cure())

@@ -124,10 +124,7 @@ impl Log {
                 }
             }
         }
-        if let Err(e) = self.close() {
-            self.totals.cut.get_or_insert(Cut::Failed);
-            self.failed.get_or_insert(e);
-        }
+        self.close();
         (self.totals, self.failed)
     }
 
@@ -163,12 +160,31 @@ impl Log {
         }
     }
 
-    /// Cuts off what was half written, and writes the totals into their place, which they have had since the beginning:
-    /// most disks that are full take them all the same. Where one does not, the log stays open.
-    fn close(&mut self) -> io::Result<()> {
-        self.file.set_len(self.totals.bytes)?;
+    /// Cuts off what was half written, and writes the totals, after all that they vouch for is on the disk. Whatever fails
+    /// of that is in the totals in the end, or else the log stays open.
+    fn close(&mut self) {
+        let kept = self.file.set_len(self.totals.bytes).and_then(|()| self.file.sync_data());
+        self.goes_on(kept);
+        let closed = self.put_totals();
+        if !self.goes_on(closed) {
+            let _or_open = self.put_totals();
+        }
+    }
+
+    /// Into their place, which they have had since the beginning: most disks that are full take them all the same.
+    fn put_totals(&mut self) -> io::Result<()> {
         self.file.seek(SeekFrom::Start(self.at))?;
         self.file.write_all(&Totals::to_bytes(Some(self.totals)))?;
         self.file.sync_data()
+    }
+
+    /// Whether that was done; else it is why the log is not whole.
+    fn goes_on(&mut self, done: io::Result<()>) -> bool {
+        let is_done = done.is_ok();
+        if let Err(e) = done {
+            self.totals.cut.get_or_insert(Cut::Failed);
+            self.failed.get_or_insert(e);
+        }
+        is_done
     }
 }
