@@ -123,6 +123,8 @@ fn logs_that_are_not_whole_are_refused() {
     };
     let said = refuse(&bytes[..bytes.len() - 7], "truncated");
     assert!(!said.contains("inputs before that"), "the only block is not whole: {said}");
+    // A name that is not there is told before the log is fed.
+    refused(run(&["replay", &log, "--what-if", "deadline.x=2ms"]), 2, &["there is no task `x`"]);
     refuse(&[&bytes[..bytes.len() - 1], &[bytes[bytes.len() - 1] ^ 1]].concat(), "damaged");
     refuse(&[&bytes[..6], &[3, 0], &bytes[8..]].concat(), "update the program");
     refuse(&[&bytes[..6], &[1, 0], &bytes[8..]].concat(), "the version that recorded it");

@@ -73,7 +73,7 @@ impl Cut {
     #[must_use]
     pub const fn cure(self) -> &'static str {
         match self {
-            Self::Slow => "record to a faster disk",
+            Self::Slow => "record to a faster disk, or leave a CPU free",
             Self::Failed => "record to a disk that takes it and has room",
             Self::TooLarge => "record a shorter run",
         }
@@ -95,7 +95,7 @@ impl fmt::Display for Cut {
 impl fmt::Display for LogError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Read(e) => write!(f, "cannot read it: {e}"),
+            Self::Read(e) => write!(f, "cannot read it: {e}; expected a log that you may read, on a disk that works"),
             Self::NotALog => {
                 f.write_str("it is no replay log; expected a file that `redrt run --record` wrote")
             }

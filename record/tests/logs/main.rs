@@ -242,6 +242,22 @@ fn a_log_that_was_not_closed_says_so() {
 }
 
 #[test]
+fn a_run_that_ends_beyond_all_time_is_refused() {
+    for (duration_ns, is_refused) in [(1 << 62, false), ((1 << 62) + 1, true)] {
+        let file = Scratch::new("beyond");
+        let (writer, tape) = Writer::start(&file.0, &Header { duration_ns, ..header() }).unwrap();
+        drop(tape);
+        assert!(writer.finish().1.is_none());
+        let read = Reader::new(&*fs::read(&file.0).unwrap()).err();
+        assert_eq!(
+            matches!(read, Some(LogError::Damaged { what: "the header", .. })),
+            is_refused,
+            "{read:?}"
+        );
+    }
+}
+
+#[test]
 fn other_capacities_are_refused() {
     let (file, _) = recorded("capacities", 10);
     let bytes = fs::read(&file.0).unwrap();
