@@ -15,7 +15,7 @@ use figures::Figures;
 use names::Names;
 use red_core::{Empty, Instant, Scheduler, TaskId, UnitId};
 use red_record::{Broken, Difference, Entry, Header, LogError, Reader, Replay, replay};
-use red_sim::{Execution, Options, Report, simulate_past};
+use red_sim::{Execution, Options, Past, Report, simulate_past};
 use red_workload::build::{self, Plan};
 use red_workload::model::Workload;
 use red_workload::policy::Policy;
@@ -144,6 +144,12 @@ fn answer_what_if(
     workload: &Workload,
     policy: Policy,
 ) -> Result<Answer, Failure> {
+    if figures.past.is_cut() {
+        return Err(Failure::Input(format!(
+            "--what-if: the log has more than {} releases and executions, the most that are simulated; record a shorter run",
+            Past::LARGEST
+        )));
+    }
     let (duration_ns, end_ns) = (opened.log.header().duration_ns, figures.end.as_nanos());
     let options = Options {
         policy,

@@ -26,7 +26,7 @@ mod words;
 mod writer;
 
 pub use entry::{Answer, Call, End, Entry};
-pub use error::LogError;
+pub use error::{LogError, StartError};
 pub use header::{FORMAT, Header};
 pub use reader::Reader;
 pub use recorder::Recorder;

@@ -12,6 +12,7 @@
 //! not (`totals.rs`). One that is still open belongs to a program that was killed, or that still runs; so that its
 //! inputs up to then are there, a block is asked for once a second even if its chunk is not full.
 
+use crate::error::StartError;
 use crate::header::{FORMAT, Header, MAGIC};
 use crate::tape::{Chunk, Exchange, Letter, Tape};
 use crate::totals::{Cut, LARGEST, TOTALS, Totals};
@@ -39,8 +40,8 @@ impl Writer {
     /// Begins a log at `path`. The tape is for whoever has the scheduler; dropping it ends the log.
     ///
     /// # Errors
-    /// The file cannot be created or written, or no thread can be started.
-    pub fn start(path: &Path, header: &Header) -> io::Result<(Self, Tape)> {
+    /// [`StartError`]: the file cannot be created or written, or no thread can be started.
+    pub fn start(path: &Path, header: &Header) -> Result<(Self, Tape), StartError> {
         let mut file = File::create(path)?;
         let head = head(header)?;
         file.write_all(&head)?;
@@ -49,18 +50,17 @@ impl Writer {
         let at = head.len() as u64;
         let log =
             Log { file, at, totals: Totals { bytes: at + TOTALS as u64, ..Totals::default() }, failed: None };
-        let thread = thread::Builder::new().name("record".into()).spawn(move || log.fill(&exchange))?;
-        Ok((Self { thread }, tape))
+        let thread = thread::Builder::new().name("record".into()).spawn(move || log.fill(&exchange));
+        Ok((Self { thread: thread.map_err(StartError::Thread)? }, tape))
     }
 
     /// Waits until everything is written; the tape has to be dropped before. What could not be written is in the
     /// totals, and why in the second place.
     #[must_use]
     pub fn finish(self) -> (Totals, Option<io::Error>) {
-        self.thread.join().unwrap_or_else(|_| {
-            let totals = Totals { cut: Some(Cut::Failed), ..Totals::default() };
-            (totals, Some(io::Error::other("the writer panicked")))
-        })
+        self.thread
+            .join()
+            .unwrap_or_else(|_| (Totals { cut: Some(Cut::Panicked), ..Totals::default() }, None))
     }
 }
 

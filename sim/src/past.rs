@@ -12,6 +12,9 @@ use std::collections::HashMap;
 #[derive(Clone, Debug, Default)]
 pub struct Past {
     tasks: Vec<PastTask>,
+    /// Releases and ends of nodes in it, at most [`Past::LARGEST`].
+    kept: usize,
+    is_cut: bool,
 }
 
 #[derive(Clone, Debug, Default)]
@@ -30,22 +33,41 @@ struct Times {
 }
 
 impl Past {
+    /// So many releases and ends of nodes are kept: somewhat more than a gigabyte.
+    pub const LARGEST: usize = 1 << 24;
+
     /// Nothing yet, for so many tasks.
     #[must_use]
     pub fn new(tasks: usize) -> Self {
-        Self { tasks: vec![PastTask::default(); tasks] }
+        Self { tasks: vec![PastTask::default(); tasks], kept: 0, is_cut: false }
+    }
+
+    /// Whether there was more than is kept.
+    #[must_use]
+    pub const fn is_cut(&self) -> bool {
+        self.is_cut
+    }
+
+    /// The task, if there is room for one more of what is kept.
+    fn keeps(&mut self, task: usize) -> Option<&mut PastTask> {
+        self.is_cut |= self.kept == Self::LARGEST;
+        if self.is_cut {
+            return None;
+        }
+        self.kept += 1;
+        self.tasks.get_mut(task)
     }
 
     /// The next job of a task was released then.
     pub fn released(&mut self, task: usize, at_ns: u64) {
-        if let Some(task) = self.tasks.get_mut(task) {
+        if let Some(task) = self.keeps(task) {
             task.releases.push(at_ns);
         }
     }
 
     /// A node of a job executed for so long.
     pub fn executed(&mut self, task: usize, job: u64, node: &Numbered, took_ns: u64) {
-        let Some(task) = self.tasks.get_mut(task) else { return };
+        let Some(task) = self.keeps(task) else { return };
         match &node.role {
             Role::Coarse(stage) => {
                 let parts: Vec<_> = parts(&node.name, stage).collect();
@@ -67,7 +89,7 @@ impl Past {
 
     /// A node of a job failed after so long. Of a stage that ran as one node it is the first part that fails.
     pub fn failed(&mut self, task: usize, job: u64, node: &Numbered, took_ns: u64) {
-        let Some(task) = self.tasks.get_mut(task) else { return };
+        let Some(task) = self.keeps(task) else { return };
         let name = match &node.role {
             Role::Coarse(_) => format!("{}.encoder", node.name),
             _ => node.name.clone(),

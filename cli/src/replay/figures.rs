@@ -45,6 +45,9 @@ impl Figures {
 
     /// The next entry, which was as recorded.
     pub(super) fn watch(&mut self, scheduler: &Scheduler<Robot>, entry: &Entry) {
+        if self.past.is_cut() {
+            return;
+        }
         let now = entry.now.as_nanos();
         match (entry.call, entry.answer) {
             (Call::Release { task, at, .. }, Answer::Released(answer)) => {

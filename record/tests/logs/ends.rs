@@ -87,7 +87,8 @@ fn a_log_ends_with_the_end_of_the_run_and_nothing_else() {
 fn a_log_without_its_last_inputs_is_fed_up_to_there_and_says_why() {
     let (file, totals) = recorded("cut", 60);
     let bytes = fs::read(&file.0).unwrap();
-    let cuts = [(Cut::Slow, b"SLOW"), (Cut::Failed, b"FAIL"), (Cut::TooLarge, b"LONG")];
+    let cuts =
+        [(Cut::Slow, b"SLOW"), (Cut::Failed, b"FAIL"), (Cut::TooLarge, b"LONG"), (Cut::Panicked, b"LOST")];
     for (cut, state) in cuts {
         let found = broken(&with_state(&bytes, state, 17));
         assert!(

@@ -73,6 +73,16 @@ fn a_body_that_failed_fails_again_whether_its_stage_is_one_node_or_several() {
 }
 
 #[test]
+fn what_finds_no_room_is_told_and_not_kept() {
+    let mut past = Past { kept: Past::LARGEST - 1, ..Past::new(1) };
+    past.released(0, 5);
+    assert!(!past.is_cut());
+    past.released(0, 6);
+    assert!(past.is_cut());
+    assert_eq!((past.release(0, 0), past.release(0, 1)), (Some(5), None));
+}
+
+#[test]
 fn a_run_had_no_grid() {
     let mut workload = workload();
     let (ran, mut past) = (nodes(Policy::Edf), Past::new(1));
