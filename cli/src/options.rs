@@ -12,7 +12,7 @@ pub(crate) fn time_ns(text: &str) -> Result<u64, String> {
 
 /// How long to run, in nanoseconds.
 pub(crate) fn duration_ns(text: &str) -> Result<u64, String> {
-    match time_ns(text)? {
+    match horizon_ns(text)? {
         0 => Err("expected more than 0, such as 10s".to_owned()),
         duration => Ok(duration),
     }

@@ -15,7 +15,7 @@ use figures::Figures;
 use names::Names;
 use red_core::{Empty, Instant, Scheduler, TaskId, UnitId};
 use red_record::{Broken, Difference, Entry, Header, LogError, Reader, Replay, replay};
-use red_sim::{Execution, Options, Report, simulate_past};
+use red_sim::{Execution, Options, Past, Report, simulate_past};
 use red_workload::build::{self, Plan};
 use red_workload::model::Workload;
 use red_workload::policy::Policy;
@@ -95,6 +95,8 @@ pub(crate) struct Opened {
 /// Replays and reports.
 pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
     let mut opened = open(&args.log).map_err(|refused| refused.tell(args.json, None, None))?;
+    let (mut workload, mut policy_then) = (opened.workload.clone(), opened.policy);
+    what_if::apply(&args.what_if, &mut workload, &mut policy_then).map_err(Failure::Input)?;
     let mut names = Names::new(&opened.workload, opened.plan.nodes.clone());
     // They grow with the log.
     let asks = !args.what_if.is_empty();
@@ -115,7 +117,7 @@ pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
         }
     };
     if let (None, Some(figures)) = (&found.difference, &figures) {
-        return answer_what_if(args, &opened, figures);
+        return answer_what_if(args, &opened, figures, &workload, policy_then);
     }
     let equal = found.difference.is_none();
     let report = Compared {
@@ -135,21 +137,29 @@ pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
 }
 
 /// What would have happened.
-fn answer_what_if(args: &Args, opened: &Opened, figures: &Figures) -> Result<Answer, Failure> {
-    let (mut workload, mut policy) = (opened.workload.clone(), opened.policy);
-    what_if::apply(&args.what_if, &mut workload, &mut policy).map_err(Failure::Input)?;
+fn answer_what_if(
+    args: &Args,
+    opened: &Opened,
+    figures: &Figures,
+    workload: &Workload,
+    policy: Policy,
+) -> Result<Answer, Failure> {
+    if figures.past.is_cut() {
+        return Err(Failure::Input(format!(
+            "--what-if: the log has more than {} releases and executions, the most that are simulated; record a shorter run",
+            Past::LARGEST
+        )));
+    }
     let (duration_ns, end_ns) = (opened.log.header().duration_ns, figures.end.as_nanos());
-    let longest = workload.tasks.iter().map(|task| task.deadline_ns).max().unwrap_or(0);
     let options = Options {
         policy,
-        // As a run drains, unless it was stopped before.
-        horizon_ns: if end_ns < duration_ns { end_ns } else { duration_ns.saturating_add(longest) },
+        horizon_ns: what_if::horizon_ns(duration_ns, end_ns, figures.left_open, [&opened.workload, workload]),
         seed: 0,
         execution: Execution::Wcet,
         preempt: false,
         schedule: false,
     };
-    let what_if = progress::during("simulating", || simulate_past(&workload, &figures.past, &options))?;
+    let what_if = progress::during("simulating", || simulate_past(workload, &figures.past, &options))?;
     let recorded = figures.report(opened, Instant::from_nanos(duration_ns.min(end_ns)));
     if args.json {
         output::json(&Both { recorded, what_if })?;

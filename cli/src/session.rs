@@ -14,6 +14,7 @@ use record::{ClosedLog, Recording};
 use red_bodies::onnx::on_lane;
 use red_bodies::plugin::Host as PluginHost;
 use red_core::{Config, Empty, Scheduler, TaskId};
+use red_record::StartError;
 use red_rt::placement::{choose_cpus, usable_cpus};
 use red_rt::runtime::{Control, Handlers, Mode, Setup, run};
 use red_rt::setup::SetupError;
@@ -68,6 +69,8 @@ pub(crate) enum SessionError {
     Machine(SetupError),
     /// The log cannot be written.
     Record(String),
+    /// The system starts no thread that writes the log.
+    Recorder(StartError),
     /// A pool of CUDA streams, and no CUDA lanes in this version.
     Cuda(String),
 }
@@ -77,7 +80,7 @@ impl SessionError {
     #[must_use]
     pub(crate) const fn exit_code(&self) -> u8 {
         match self {
-            Self::Machine(_) | Self::Cuda(_) => 3,
+            Self::Machine(_) | Self::Recorder(_) | Self::Cuda(_) => 3,
             Self::Bodies(error) if error.is_of_machine() => 3,
             Self::Build(_) | Self::Bodies(_) | Self::Record(_) => 2,
         }
@@ -91,6 +94,7 @@ impl fmt::Display for SessionError {
             Self::Bodies(e) => e.fmt(f),
             Self::Machine(e) => e.fmt(f),
             Self::Record(e) => f.write_str(e),
+            Self::Recorder(e) => e.fmt(f),
             Self::Cuda(pool) => {
                 write!(
                     f,

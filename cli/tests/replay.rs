@@ -10,11 +10,11 @@ use alone::alone;
 use process::{file, run};
 use refused::refused;
 use serde_json::Value;
-use std::fs;
-use std::io::{BufRead, BufReader};
-use std::path::Path;
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::thread;
+use std::time::{Duration, Instant};
 
 /// A stage with an encoder, and a node that comes and goes.
 const FILE: &str = r#"
@@ -123,6 +123,8 @@ fn logs_that_are_not_whole_are_refused() {
     };
     let said = refuse(&bytes[..bytes.len() - 7], "truncated");
     assert!(!said.contains("inputs before that"), "the only block is not whole: {said}");
+    // A name that is not there is told before the log is fed.
+    refused(run(&["replay", &log, "--what-if", "deadline.x=2ms"]), 2, &["there is no task `x`"]);
     refuse(&[&bytes[..bytes.len() - 1], &[bytes[bytes.len() - 1] ^ 1]].concat(), "damaged");
     refuse(&[&bytes[..6], &[3, 0], &bytes[8..]].concat(), "update the program");
     refuse(&[&bytes[..6], &[1, 0], &bytes[8..]].concat(), "the version that recorded it");
@@ -206,30 +208,40 @@ period = "20ms"
 node = [{ name = "n", wcet = "2ms", body = { spin = "100us" } }]
 "#;
 
+/// Between two looks at the length of a log.
+const LOOK: Duration = Duration::from_millis(20);
+/// A run that has written nothing by then never will.
+const HANGS: Duration = Duration::from_secs(300);
+
 /// Records a run of ten minutes until the log has grown in the file, and then ends it with this signal.
 fn ended_by(signal: &str) -> (String, Option<i32>, String) {
     let workload = file(&format!("replay-{signal}.toml"), LONG.as_bytes());
     let log = file(&format!("replay-{signal}.redlog"), b"");
+    let told = File::create(log.with_extension("err")).expect("a file of our own");
     let mut command = process::command(&["run", workload.to_str().expect("the path is text")]);
     command.args(["--duration", "600s", "--best-effort", "--json", "--record"]).arg(&log);
-    let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("it starts");
-    let mut told = BufReader::new(child.stderr.take().expect("it is piped")).lines();
-    let length = || fs::metadata(&log).expect("it was made").len();
-    let mut lengths = Vec::new();
-    // The header with the workload, then blocks. A run tells how far it is.
-    while lengths.first().is_none_or(|begin| length() == *begin) {
-        told.next().expect("it goes on").expect("UTF-8");
-        if length() > 0 {
-            lengths.push(length());
-        }
-    }
+    let child = command.stdout(Stdio::piped()).stderr(told).spawn().expect("it starts");
+    wait_for_a_block(&log);
     let kill = format!("kill -{signal} {}", child.id());
     assert!(Command::new("sh").args(["-c", &kill]).status().expect("there is a shell").success());
-    let rest = thread::spawn(move || told.for_each(drop));
     let output = child.wait_with_output().expect("it ends");
-    rest.join().expect("no panic");
     let log = log.to_str().expect("the path is text").to_owned();
     (log, output.status.code(), String::from_utf8(output.stdout).expect("UTF-8"))
+}
+
+/// Waits until there is more in a log than its beginning: 16 bytes, the header whose length they tell, and the totals.
+fn wait_for_a_block(log: &Path) {
+    let begun = Instant::now();
+    loop {
+        let bytes = fs::read(log).expect("it was made");
+        let header =
+            bytes.get(8..12).map(|length| u32::from_le_bytes(length.try_into().expect("four bytes")));
+        if header.is_some_and(|header| bytes.len() > 16 + header as usize + 24) {
+            return;
+        }
+        assert!(begun.elapsed() < HANGS, "no block of {} came", log.display());
+        thread::sleep(LOOK);
+    }
 }
 
 #[test]
@@ -308,13 +320,34 @@ fn what_if_answers_in_virtual_time_with_what_was_recorded() {
 const SLOW_DISK: &[u8] =
     b"#include <unistd.h>\nint fdatasync(int file) { (void)file; return (int)sleep(2); }\n";
 
+/// A disk that does not keep what it took.
+const BAD_DISK: &[u8] =
+    b"#include <errno.h>\nint fdatasync(int file) { (void)file; errno = EIO; return -1; }\n";
+
+/// This disk, for `LD_PRELOAD`.
+fn disk(name: &str, source: &[u8]) -> PathBuf {
+    let source = file(&format!("replay-{name}.c"), source);
+    let disk = source.with_extension("so");
+    let compiled = Command::new("cc").args(["-shared", "-fPIC", "-o"]).args([&disk, &source]).status();
+    assert!(compiled.expect("no C compiler; install it with: apt-get install gcc libc6-dev").success());
+    disk
+}
+
+#[test]
+fn a_log_that_the_disk_did_not_keep_is_not_whole() {
+    let (disk, log) = (disk("bad", BAD_DISK), file("replay-bad.redlog", b""));
+    let workload = file("replay-bad.toml", FILE.as_bytes());
+    let (log, workload) = [&log, &workload].map(|path| path.to_str().expect("the path is text")).into();
+    let _alone = alone();
+    let mut command = process::command(&["run", workload, "--duration", "100ms", "--best-effort"]);
+    let output = command.args(["--record", log]).env("LD_PRELOAD", disk).output().expect("it starts");
+    assert_eq!(output.status.code(), Some(3), "{}", String::from_utf8_lossy(&output.stderr));
+    refused(run(&["replay", log]), 2, &["cannot be replayed to the end", "the file could not be written"]);
+}
+
 #[test]
 fn a_log_that_keeps_its_run_waiting_says_so_where_somebody_looks() {
-    let source = file("replay-slow.c", SLOW_DISK);
-    let (disk, log) = (source.with_extension("so"), source.with_extension("redlog"));
-    let mut compiler = Command::new("cc");
-    let compiled = compiler.args(["-shared", "-fPIC", "-o"]).args([&disk, &source]).status();
-    assert!(compiled.expect("no C compiler; install it with: apt-get install gcc libc6-dev").success());
+    let (disk, log) = (disk("slow", SLOW_DISK), file("replay-slow.redlog", b""));
     let workload = file("replay-slow.toml", FILE.as_bytes());
     let path = |path: &Path| path.to_str().expect("the path is text").to_owned();
     let run = format!(

@@ -1,6 +1,6 @@
 //! One input of the scheduler and what it answered.
 
-use crate::started::Started;
+use crate::started::{Started, Starts};
 use core::fmt;
 use red_core::{
     Action, Capacity, CommitError, CompleteError, Counters, Instant, JobId, LaneId, Outcome, ReleaseError,
@@ -35,7 +35,7 @@ pub enum Call {
     Restore(LaneId),
     /// `remove_task`.
     Remove(TaskId),
-    /// No call: the end of the run, and its counters then. The last entry of every log.
+    /// No call: the end of the run, and what the scheduler was then. The last entry of every log.
     End,
 }
 
@@ -61,7 +61,29 @@ pub enum Answer {
     /// Of the calls that answer yes or no.
     Done(bool),
     /// At the end.
-    Counters(Counters),
+    End(End),
+}
+
+/// How a run left its scheduler.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct End {
+    /// Its counters.
+    pub counters: Counters,
+    /// Jobs that had not ended.
+    pub jobs_in_flight: u64,
+    /// A checksum of every start: its unit and job, the number of its encoder's result, its worst-case execution time and
+    /// its sub-deadline.
+    pub starts: u64,
+}
+
+impl End {
+    pub(crate) fn of<C: Capacity>(scheduler: &Scheduler<C>, starts: &Starts) -> Self {
+        Self {
+            counters: scheduler.counters(),
+            jobs_in_flight: scheduler.jobs_in_flight() as u64,
+            starts: starts.sum(),
+        }
+    }
 }
 
 /// An input with its time and its answer.
@@ -87,15 +109,15 @@ impl Call {
 }
 
 impl Answer {
-    /// What a poll of this scheduler answered just now; `full` as in [`Started::of`].
+    /// What a poll of this scheduler answered just now.
     pub(crate) fn of_poll<C: Capacity>(
         scheduler: &Scheduler<C>,
         action: Option<Action>,
-        full: &mut bool,
+        starts: &mut Starts,
     ) -> Self {
         match action {
             None => Self::Nothing,
-            Some(Action::Dispatch(dispatch)) => Self::Started(Started::of(scheduler, dispatch.unit, full)),
+            Some(Action::Dispatch(dispatch)) => Self::Started(Started::of(scheduler, dispatch.unit, starts)),
             Some(Action::Preempt(dispatch)) => Self::Preempted(dispatch.unit),
             Some(Action::Ended(outcome)) => Self::Ended(outcome),
             Some(_) => Self::Unknown,
@@ -154,7 +176,9 @@ impl fmt::Display for Answer {
             Self::Ended(outcome) => ended(f, outcome),
             Self::Unknown => f.write_str("an action that this version does not know"),
             Self::Done(yes) => f.write_str(if *yes { "yes" } else { "no" }),
-            Self::Counters(counters) => write!(f, "{counters:?}"),
+            Self::End(End { counters, jobs_in_flight, starts }) => {
+                write!(f, "{counters:?}, jobs in flight {jobs_in_flight}, checksum of all starts {starts:#x}")
+            }
         }
     }
 }

@@ -49,6 +49,41 @@ pub enum LogError {
     },
 }
 
+/// A log cannot be begun.
+#[derive(Debug)]
+#[non_exhaustive]
+pub enum StartError {
+    /// The file cannot be created or written.
+    File(io::Error),
+    /// The system starts no thread for its writer.
+    Thread(io::Error),
+}
+
+impl fmt::Display for StartError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::File(e) => e.fmt(f),
+            Self::Thread(e) => write!(
+                f,
+                "no thread can be started that writes the log: {e}; raise the limit of processes (ulimit -u) or free memory"
+            ),
+        }
+    }
+}
+
+impl std::error::Error for StartError {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        let (Self::File(e) | Self::Thread(e)) = self;
+        Some(e)
+    }
+}
+
+impl From<io::Error> for StartError {
+    fn from(error: io::Error) -> Self {
+        Self::File(error)
+    }
+}
+
 impl LogError {
     /// The word that programs read.
     #[must_use]
@@ -73,9 +108,10 @@ impl Cut {
     #[must_use]
     pub const fn cure(self) -> &'static str {
         match self {
-            Self::Slow => "record to a faster disk",
+            Self::Slow => "record to a faster disk, or leave a CPU free",
             Self::Failed => "record to a disk that takes it and has room",
             Self::TooLarge => "record a shorter run",
+            Self::Panicked => "report this defect with what was printed before, and record again",
         }
     }
 }
@@ -85,6 +121,7 @@ impl fmt::Display for Cut {
         match self {
             Self::Slow => f.write_str("the disk did not keep up"),
             Self::Failed => f.write_str("the file could not be written"),
+            Self::Panicked => f.write_str("the thread that writes it panicked"),
             Self::TooLarge => {
                 write!(f, "the file reached the size that it may have, {} GiB at most", LARGEST >> 30)
             }
@@ -95,7 +132,7 @@ impl fmt::Display for Cut {
 impl fmt::Display for LogError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Read(e) => write!(f, "cannot read it: {e}"),
+            Self::Read(e) => write!(f, "cannot read it: {e}; expected a log that you may read, on a disk that works"),
             Self::NotALog => {
                 f.write_str("it is no replay log; expected a file that `redrt run --record` wrote")
             }
@@ -115,6 +152,9 @@ impl fmt::Display for LogError {
             Self::NotClosed => f.write_str(
                 "it was not closed: the recording program was killed, or still runs; record again, or wait for its end",
             ),
+            Self::Incomplete { dropped: 0, cut } => {
+                write!(f, "it cannot be replayed to the end: {cut}, so it may not be as recorded; {}", cut.cure())
+            }
             Self::Incomplete { dropped, cut } => {
                 write!(f, "it cannot be replayed to the end: {cut}, and the last {dropped} inputs are missing; ")?;
                 f.write_str(cut.cure())

@@ -25,8 +25,8 @@ mod totals;
 mod words;
 mod writer;
 
-pub use entry::{Answer, Call, Entry};
-pub use error::LogError;
+pub use entry::{Answer, Call, End, Entry};
+pub use error::{LogError, StartError};
 pub use header::{FORMAT, Header};
 pub use reader::Reader;
 pub use recorder::Recorder;

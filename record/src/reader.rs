@@ -3,7 +3,7 @@
 
 use crate::entry::{Call, Entry};
 use crate::error::LogError;
-use crate::header::{FORMAT, Header, MAGIC};
+use crate::header::{FORMAT, Header, LONGEST_RUN_NS, MAGIC};
 use crate::tape::CHUNK;
 use crate::totals::Totals;
 use crate::words::Books;
@@ -110,8 +110,9 @@ impl<R: Read> Reader<R> {
         }
         let mut text = Vec::new();
         source.checked(length, crc, "the header", &mut text)?;
-        let header =
-            serde_json::from_slice(&text).map_err(|_| LogError::Damaged { at, what: "the header" })?;
+        let header: Option<Header> = serde_json::from_slice(&text).ok();
+        let header = header.filter(|header| header.duration_ns <= LONGEST_RUN_NS);
+        let header = header.ok_or(LogError::Damaged { at, what: "the header" })?;
         let at = source.at;
         let totals = Totals::from_bytes(&source.take()?, at)?;
         let (books, block) = (Books::new(), Block::default());

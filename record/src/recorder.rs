@@ -1,6 +1,6 @@
 //! A scheduler whose inputs are recorded.
 
-use crate::entry::{Answer, Call, Entry};
+use crate::entry::{Answer, Call, End, Entry};
 use crate::started::Started;
 use crate::tape::Tape;
 use core::hint::cold_path;
@@ -84,7 +84,10 @@ impl<'a, C: Capacity> Recorder<'a, C> {
     #[inline(always)]
     pub fn poll(&mut self, now: Instant) -> Option<Action> {
         let answer = self.scheduler.poll(now);
-        self.polled(now, None, answer);
+        if let Some(tape) = &mut self.tape {
+            let answer = Answer::of_poll(self.scheduler, answer, tape.starts());
+            tape.put(&Entry { now, call: Call::Poll(None), answer });
+        }
         answer
     }
 
@@ -94,17 +97,17 @@ impl<'a, C: Capacity> Recorder<'a, C> {
     pub fn poll_on(&mut self, lane: LaneId, now: Instant) -> Option<Action> {
         let answer = self.scheduler.poll_on(lane, now);
         if let Some(tape) = &mut self.tape {
-            let is_usual = match answer {
-                None => tape.found_nothing(lane, now),
+            let unusual = match answer {
+                None if tape.found_nothing(lane, now) => None,
                 Some(Action::Dispatch(dispatch)) => {
-                    let started = Started::of(self.scheduler, dispatch.unit, tape.full());
-                    tape.dispatched(lane, &started, now)
+                    let started = Started::of(self.scheduler, dispatch.unit, tape.starts());
+                    (!tape.dispatched(lane, &started, now)).then_some(Answer::Started(started))
                 }
-                Some(_) => false,
+                _ => Some(Answer::of_poll(self.scheduler, answer, tape.starts())),
             };
-            if !is_usual {
+            if let Some(answer) = unusual {
                 cold_path();
-                self.polled(now, Some(lane), answer);
+                tape.put(&Entry { now, call: Call::Poll(Some(lane)), answer });
             }
         }
         answer
@@ -161,16 +164,11 @@ impl<'a, C: Capacity> Recorder<'a, C> {
         self.scheduler.take_event()
     }
 
-    /// The run ended at `now`: that and its counters are the last entry. A log without it is refused.
+    /// The run ended at `now`: that and how it left the scheduler are the last entry. A log without it is refused.
     pub fn end(&mut self, now: Instant) {
-        let counters = self.scheduler.counters();
-        self.put(now, Call::End, Answer::Counters(counters));
-    }
-
-    fn polled(&mut self, now: Instant, lane: Option<LaneId>, action: Option<Action>) {
         if let Some(tape) = &mut self.tape {
-            let answer = Answer::of_poll(self.scheduler, action, tape.full());
-            tape.put(&Entry { now, call: Call::Poll(lane), answer });
+            let answer = Answer::End(End::of(self.scheduler, tape.starts()));
+            tape.put(&Entry { now, call: Call::End, answer });
         }
     }
 

@@ -1,9 +1,10 @@
 //! A log fed to a scheduler again.
 
-use crate::entry::{Answer, Call, Entry};
+use crate::entry::{Answer, Call, End, Entry};
 use crate::error::LogError;
 use crate::header::Header;
 use crate::reader::Reader;
+use crate::started::Starts;
 use core::fmt;
 use red_core::{Capacity, CommitError, Instant, Scheduler};
 use std::collections::VecDeque;
@@ -82,13 +83,15 @@ pub fn replay<C: Capacity, R: Read>(
     }
     let mut done = Replay { inputs: 0, actions: 0, difference: None };
     let mut before = VecDeque::with_capacity(CONTEXT);
+    // Here there is time to ask for the members of every unit.
+    let mut starts = Starts::new(true);
     loop {
         let (inputs, actions) = (done.inputs, done.actions);
         let Some(entry) = log.next_entry().map_err(|error| Broken { error, inputs, actions })? else {
             return Ok(done);
         };
         done.inputs += 1;
-        let now = feed(scheduler, &entry, &mut change);
+        let now = feed(scheduler, &entry, &mut starts, &mut change);
         // Nothing depends on them.
         while scheduler.take_event().is_some() {}
         if now != entry.answer {
@@ -108,28 +111,27 @@ pub fn replay<C: Capacity, R: Read>(
 fn feed<C: Capacity>(
     scheduler: &mut Scheduler<C>,
     entry: &Entry,
+    starts: &mut Starts,
     change: &mut impl FnMut(&mut Scheduler<C>, u32, Instant) -> Result<(), CommitError>,
 ) -> Answer {
     let now = entry.now;
-    // Here there is time to ask for the members of every unit.
-    let polled = |scheduler: &Scheduler<C>, action| Answer::of_poll(scheduler, action, &mut true);
     match entry.call {
         Call::Release { task, at, capture } => Answer::Released(scheduler.release_at(task, at, capture, now)),
         Call::Complete(unit) => Answer::Reported(scheduler.complete(unit, now)),
         Call::Fail(unit) => Answer::Reported(scheduler.fail(unit, now)),
         Call::Poll(None) => {
             let action = scheduler.poll(now);
-            polled(scheduler, action)
+            Answer::of_poll(scheduler, action, starts)
         }
         Call::Poll(Some(lane)) => {
             let action = scheduler.poll_on(lane, now);
-            polled(scheduler, action)
+            Answer::of_poll(scheduler, action, starts)
         }
         Call::TakeOutcome => scheduler.take_outcome().map_or(Answer::Nothing, Answer::Ended),
         Call::Edit(number) => Answer::Edited(change(scheduler, number, now)),
         Call::Retire(lane) => Answer::Done(scheduler.retire_lane(lane)),
         Call::Restore(lane) => Answer::Done(scheduler.restore_lane(lane)),
         Call::Remove(task) => Answer::Done(scheduler.remove_task(task, now)),
-        Call::End => Answer::Counters(scheduler.counters()),
+        Call::End => Answer::End(End::of(scheduler, starts)),
     }
 }

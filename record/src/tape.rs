@@ -1,8 +1,9 @@
 //! The side under the lock: entries into chunks, full chunks into a mailbox.
 
 use crate::entry::Entry;
-use crate::started::Started;
+use crate::started::{Started, Starts};
 use crate::words::{Books, LONGEST};
+use core::hint::cold_path;
 use red_core::{Instant, LaneId, UnitId};
 use red_sync::Mailbox;
 use std::sync::Arc;
@@ -84,8 +85,7 @@ pub struct Tape {
     chunk: Chunk,
     books: Books,
     dropped: u64,
-    /// Whether the scheduler's places for results were full once.
-    full: bool,
+    starts: Starts,
 }
 
 impl Tape {
@@ -100,7 +100,8 @@ impl Tape {
             while post.push(Chunk::new()).is_ok() {}
         }
         let chunk = exchange.empty.pop().unwrap_or_else(Chunk::new);
-        (Self { exchange: exchange.clone(), chunk, books: Books::new(), dropped: 0, full: false }, exchange)
+        let (books, starts) = (Books::new(), Starts::new(false));
+        (Self { exchange: exchange.clone(), chunk, books, dropped: 0, starts }, exchange)
     }
 
     /// The time of the last entry, for calls that are given none.
@@ -109,8 +110,8 @@ impl Tape {
     }
 
     /// For [`Started::of`].
-    pub(crate) const fn full(&mut self) -> &mut bool {
-        &mut self.full
+    pub(crate) const fn starts(&mut self) -> &mut Starts {
+        &mut self.starts
     }
 
     /// A call whose answer is as nearly always: the beginning of a turn.
@@ -128,7 +129,12 @@ impl Tape {
     /// Its end. Nothing was written since it began, so that there is still room.
     #[inline(always)]
     pub(crate) fn found_nothing(&mut self, lane: LaneId, now: Instant) -> bool {
-        self.books.end_turn(lane, now, &mut self.chunk)
+        let ends = self.books.end_turn(lane, now, &mut self.chunk);
+        if ends && self.exchange.wanted.load(Ordering::Relaxed) {
+            cold_path();
+            self.hand_over();
+        }
+        ends
     }
 
     /// Any entry.
@@ -149,6 +155,7 @@ impl Tape {
     }
 
     /// The chunk is full or wanted: another one, if there is one, and else a full one is the end.
+    #[inline(never)]
     fn hand_over(&mut self) {
         self.exchange.wanted.store(false, Ordering::Relaxed);
         // Once an entry was dropped none is taken any more: it would be freed here.

@@ -29,15 +29,18 @@ pub enum Cut {
     Failed,
     /// The file reached its largest size.
     TooLarge,
+    /// The writer had a defect.
+    Panicked,
 }
 
 /// What a log's state says: it is open, whole, or closed without its last inputs.
 const OPEN: u32 = 0;
 const WHOLE: u32 = u32::from_le_bytes(*b"DONE");
-const CUTS: [(Cut, u32); 3] = [
+const CUTS: [(Cut, u32); 4] = [
     (Cut::Slow, u32::from_le_bytes(*b"SLOW")),
     (Cut::Failed, u32::from_le_bytes(*b"FAIL")),
     (Cut::TooLarge, u32::from_le_bytes(*b"LONG")),
+    (Cut::Panicked, u32::from_le_bytes(*b"LOST")),
 ];
 
 impl Totals {

@@ -16,11 +16,11 @@ mod turn;
 use crate::entry::{Answer, Call, Entry, back, then};
 use crate::tape::Chunk;
 use codes::{COMMIT, RELEASE, REPORT, code, result, tag};
-use figures::{bits, numbers, put_outcome, take_counters, take_outcome};
+use figures::{bits, numbers, put_outcome, take_end, take_outcome};
 use red_core::{Instant, JobId, LaneId, TaskId, UnitId};
 
-/// Words that are written for one entry at most: what was held back, its time, its head and an outcome.
-pub(crate) const LONGEST: usize = 12;
+/// Words that are written for one entry at most: what was held back, its time, its head and the end of the run.
+pub(crate) const LONGEST: usize = 13;
 /// Lanes of a scheduler at most.
 const LANES: usize = 32;
 /// Longest step of time that fits a head.
@@ -149,9 +149,9 @@ impl Books {
                 head(Head::new(tag::REMOVE, yes.into()));
                 out.more(task.to_bits().into());
             }
-            (Call::End, Answer::Counters(counters)) => {
+            (Call::End, Answer::End(end)) => {
                 head(Head::new(tag::END, 0));
-                numbers(&counters).into_iter().for_each(|number| out.more(number));
+                numbers(&end).into_iter().for_each(|number| out.more(number));
             }
             // No call has another's answer: `Recorder` makes the pairs.
             _ => {}
@@ -214,7 +214,7 @@ impl Books {
             tag::RETIRE => asked.map(|lane| (Call::Retire(lane), yes)),
             tag::RESTORE => asked.map(|lane| (Call::Restore(lane), yes)),
             tag::REMOVE => bits(next()?).map(|task| (Call::Remove(TaskId::from_bits(task)), yes)),
-            tag::END => Some((Call::End, Answer::Counters(take_counters(next)?))),
+            tag::END => Some((Call::End, Answer::End(take_end(next)?))),
             _ => None,
         };
         Ok(pair.map(|(call, answer)| Entry { now, call, answer }))
@@ -240,8 +240,10 @@ impl Books {
     }
 }
 
+/// No scheduler has a lane of 62, so all that a host makes up from there on are alike to it.
 const fn place(lane: LaneId) -> u64 {
-    lane.index() as u64 & NO_LANE
+    let index = lane.index() as u64;
+    if index < NO_LANE { index } else { NO_LANE - 1 }
 }
 
 #[cfg(test)]

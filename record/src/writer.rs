@@ -12,6 +12,7 @@
 //! not (`totals.rs`). One that is still open belongs to a program that was killed, or that still runs; so that its
 //! inputs up to then are there, a block is asked for once a second even if its chunk is not full.
 
+use crate::error::StartError;
 use crate::header::{FORMAT, Header, MAGIC};
 use crate::tape::{Chunk, Exchange, Letter, Tape};
 use crate::totals::{Cut, LARGEST, TOTALS, Totals};
@@ -39,8 +40,8 @@ impl Writer {
     /// Begins a log at `path`. The tape is for whoever has the scheduler; dropping it ends the log.
     ///
     /// # Errors
-    /// The file cannot be created or written, or no thread can be started.
-    pub fn start(path: &Path, header: &Header) -> io::Result<(Self, Tape)> {
+    /// [`StartError`]: the file cannot be created or written, or no thread can be started.
+    pub fn start(path: &Path, header: &Header) -> Result<(Self, Tape), StartError> {
         let mut file = File::create(path)?;
         let head = head(header)?;
         file.write_all(&head)?;
@@ -49,18 +50,17 @@ impl Writer {
         let at = head.len() as u64;
         let log =
             Log { file, at, totals: Totals { bytes: at + TOTALS as u64, ..Totals::default() }, failed: None };
-        let thread = thread::Builder::new().name("record".into()).spawn(move || log.fill(&exchange))?;
-        Ok((Self { thread }, tape))
+        let thread = thread::Builder::new().name("record".into()).spawn(move || log.fill(&exchange));
+        Ok((Self { thread: thread.map_err(StartError::Thread)? }, tape))
     }
 
     /// Waits until everything is written; the tape has to be dropped before. What could not be written is in the
     /// totals, and why in the second place.
     #[must_use]
     pub fn finish(self) -> (Totals, Option<io::Error>) {
-        self.thread.join().unwrap_or_else(|_| {
-            let totals = Totals { cut: Some(Cut::Failed), ..Totals::default() };
-            (totals, Some(io::Error::other("the writer panicked")))
-        })
+        self.thread
+            .join()
+            .unwrap_or_else(|_| (Totals { cut: Some(Cut::Panicked), ..Totals::default() }, None))
     }
 }
 
@@ -124,10 +124,7 @@ impl Log {
                 }
             }
         }
-        if let Err(e) = self.close() {
-            self.totals.cut.get_or_insert(Cut::Failed);
-            self.failed.get_or_insert(e);
-        }
+        self.close();
         (self.totals, self.failed)
     }
 
@@ -163,12 +160,31 @@ impl Log {
         }
     }
 
-    /// Cuts off what was half written, and writes the totals into their place, which they have had since the beginning:
-    /// most disks that are full take them all the same. Where one does not, the log stays open.
-    fn close(&mut self) -> io::Result<()> {
-        self.file.set_len(self.totals.bytes)?;
+    /// Cuts off what was half written, and writes the totals, after all that they vouch for is on the disk. Whatever fails
+    /// of that is in the totals in the end, or else the log stays open.
+    fn close(&mut self) {
+        let kept = self.file.set_len(self.totals.bytes).and_then(|()| self.file.sync_data());
+        self.goes_on(kept);
+        let closed = self.put_totals();
+        if !self.goes_on(closed) {
+            let _or_open = self.put_totals();
+        }
+    }
+
+    /// Into their place, which they have had since the beginning: most disks that are full take them all the same.
+    fn put_totals(&mut self) -> io::Result<()> {
         self.file.seek(SeekFrom::Start(self.at))?;
         self.file.write_all(&Totals::to_bytes(Some(self.totals)))?;
         self.file.sync_data()
+    }
+
+    /// Whether that was done; else it is why the log is not whole.
+    fn goes_on(&mut self, done: io::Result<()>) -> bool {
+        let is_done = done.is_ok();
+        if let Err(e) = done {
+            self.totals.cut.get_or_insert(Cut::Failed);
+            self.failed.get_or_insert(e);
+        }
+        is_done
     }
 }

@@ -61,7 +61,8 @@ pub fn simulate(workload: &Workload, options: &Options) -> Result<Report, SimErr
     Ok(host.report())
 }
 
-/// Simulates a workload whose releases and execution times are those of a run; `options` may ask for what was otherwise
+/// Simulates a workload whose releases and execution times are those of a run, and whose bodies fail where they did
+/// in it; it had no `[sync]` grid, so this has none. `options` may ask for what was otherwise
 /// in it. Its seed and execution-time model have no meaning here.
 ///
 /// # Errors
@@ -77,6 +78,8 @@ pub fn simulate_past(workload: &Workload, past: &Past, options: &Options) -> Res
 pub(crate) struct Running {
     unit: UnitId,
     started: u64,
+    /// Whether its body failed in the run that is taken over.
+    fails: bool,
     /// Its members, and when each should end.
     due: Vec<(JobId, NodeId, Instant)>,
 }
@@ -143,7 +146,8 @@ impl<'a> Host<'a> {
             past,
             running: BTreeMap::new(),
             suspended: HashMap::new(),
-            barrier: workload.sync.filter(|_| options.policy.has_barrier()),
+            // A run has no grid.
+            barrier: workload.sync.filter(|_| options.policy.has_barrier() && past.is_none()),
             dispatch_at: None,
             logs: vec![TaskLog::default(); workload.tasks.len()],
             rows: Vec::new(),
@@ -194,7 +198,11 @@ impl<'a> Host<'a> {
                 };
                 self.nodes_missed += self.scheduler.members(done.unit).filter(late).count() as u64;
                 // `Late` is the end of a unit whose jobs were given up: its lane is free again.
-                let _lane_is_free = self.scheduler.complete(done.unit, now);
+                let _lane_is_free = if done.fails {
+                    self.scheduler.fail(done.unit, now)
+                } else {
+                    self.scheduler.complete(done.unit, now)
+                };
                 self.note_events();
             }
         }
@@ -300,7 +308,12 @@ impl<'a> Host<'a> {
             self.scheduler.members(started.unit).map(draw).max().unwrap_or(0)
         });
         let finish = now.as_nanos().saturating_add(cost);
-        let running = Running { unit: started.unit, started: now.as_nanos(), due };
+        let failed = |m: Member, past: &Past| {
+            past.failed_in(m.task.index(), m.index, &self.nodes[m.task.index()][m.node.index()])
+        };
+        let fails =
+            self.past.is_some_and(|past| self.scheduler.members(started.unit).any(|m| failed(m, past)));
+        let running = Running { unit: started.unit, started: now.as_nanos(), fails, due };
         self.running.insert((finish, started.lane.index()), running);
         self.note_rows(finish);
     }

@@ -1,16 +1,20 @@
-//! What happened once, for a simulation that takes it over: when jobs were released and how long nodes executed.
+//! What happened once, for a simulation that takes it over: when jobs were released, how long nodes executed, and which
+//! failed.
 
 use red_workload::build::{Numbered, Role};
 use red_workload::model::{Part, Stage};
 use std::collections::HashMap;
 
-/// Releases and execution times of a run.
+/// Releases, execution times and faults of a run.
 ///
 /// A node that the run did not execute in a job takes its mean over all jobs, and its WCET where it never ran. A stage
 /// that ran as one node gives each part the share that it has of the WCET.
 #[derive(Clone, Debug, Default)]
 pub struct Past {
     tasks: Vec<PastTask>,
+    /// Releases and ends of nodes in it, at most [`Past::LARGEST`].
+    kept: usize,
+    is_cut: bool,
 }
 
 #[derive(Clone, Debug, Default)]
@@ -24,25 +28,46 @@ struct PastTask {
 struct Times {
     of_job: HashMap<u64, u64>,
     sum: u64,
+    /// How long it took until a body failed, or was given up. That says nothing about other jobs.
+    failed: HashMap<u64, u64>,
 }
 
 impl Past {
+    /// So many releases and ends of nodes are kept: somewhat more than a gigabyte.
+    pub const LARGEST: usize = 1 << 24;
+
     /// Nothing yet, for so many tasks.
     #[must_use]
     pub fn new(tasks: usize) -> Self {
-        Self { tasks: vec![PastTask::default(); tasks] }
+        Self { tasks: vec![PastTask::default(); tasks], kept: 0, is_cut: false }
+    }
+
+    /// Whether there was more than is kept.
+    #[must_use]
+    pub const fn is_cut(&self) -> bool {
+        self.is_cut
+    }
+
+    /// The task, if there is room for one more of what is kept.
+    fn keeps(&mut self, task: usize) -> Option<&mut PastTask> {
+        self.is_cut |= self.kept == Self::LARGEST;
+        if self.is_cut {
+            return None;
+        }
+        self.kept += 1;
+        self.tasks.get_mut(task)
     }
 
     /// The next job of a task was released then.
     pub fn released(&mut self, task: usize, at_ns: u64) {
-        if let Some(task) = self.tasks.get_mut(task) {
+        if let Some(task) = self.keeps(task) {
             task.releases.push(at_ns);
         }
     }
 
     /// A node of a job executed for so long.
     pub fn executed(&mut self, task: usize, job: u64, node: &Numbered, took_ns: u64) {
-        let Some(task) = self.tasks.get_mut(task) else { return };
+        let Some(task) = self.keeps(task) else { return };
         match &node.role {
             Role::Coarse(stage) => {
                 let parts: Vec<_> = parts(&node.name, stage).collect();
@@ -62,6 +87,25 @@ impl Past {
         }
     }
 
+    /// A node of a job failed after so long. Of a stage that ran as one node it is the first part that fails.
+    pub fn failed(&mut self, task: usize, job: u64, node: &Numbered, took_ns: u64) {
+        let Some(task) = self.keeps(task) else { return };
+        let name = match &node.role {
+            Role::Coarse(_) => format!("{}.encoder", node.name),
+            _ => node.name.clone(),
+        };
+        task.nodes.entry(name).or_default().failed.insert(job, took_ns);
+    }
+
+    /// Whether a node of a job failed, or a part of it did.
+    pub(crate) fn failed_in(&self, task: usize, job: u64, node: &Numbered) -> bool {
+        let Some(task) = self.tasks.get(task) else { return false };
+        match &node.role {
+            Role::Coarse(stage) => parts(&node.name, stage).any(|(name, _)| task.failed(&name, job)),
+            _ => task.failed(&node.name, job),
+        }
+    }
+
     /// When the job of this number was released, if there was one.
     pub(crate) fn release(&self, task: usize, job: usize) -> Option<u64> {
         self.tasks.get(task)?.releases.get(job).copied()
@@ -74,9 +118,16 @@ impl Past {
             Role::Plain(part) | Role::Encoder(part) | Role::Decoder { part, .. } => {
                 task.time(&node.name, job, part)
             }
-            Role::Coarse(stage) => parts(&node.name, stage)
-                .map(|(name, part)| task.time(&name, job, part))
-                .fold(0, u64::saturating_add),
+            Role::Coarse(stage) => {
+                let mut whole: u64 = 0;
+                for (name, part) in parts(&node.name, stage) {
+                    whole = whole.saturating_add(task.time(&name, job, part));
+                    if task.failed(&name, job) {
+                        break;
+                    }
+                }
+                whole
+            }
         }
     }
 }
@@ -89,10 +140,15 @@ impl PastTask {
         }
     }
 
+    fn failed(&self, node: &str, job: u64) -> bool {
+        self.nodes.get(node).is_some_and(|times| times.failed.contains_key(&job))
+    }
+
     fn time(&self, node: &str, job: u64, part: &Part) -> u64 {
         let Some(times) = self.nodes.get(node) else { return part.wcet_ns };
         let mean = || times.sum.checked_div(times.of_job.len() as u64);
-        times.of_job.get(&job).copied().or_else(mean).unwrap_or(part.wcet_ns)
+        let of_job = times.of_job.get(&job).or_else(|| times.failed.get(&job));
+        of_job.copied().or_else(mean).unwrap_or(part.wcet_ns)
     }
 }
 

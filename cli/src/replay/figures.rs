@@ -23,6 +23,8 @@ pub(super) struct Figures {
     nodes_missed: u64,
     /// When the run ended.
     pub(super) end: Instant,
+    /// Whether jobs were in flight then.
+    pub(super) left_open: bool,
 }
 
 impl Figures {
@@ -37,11 +39,15 @@ impl Figures {
             busy_ns: [0; 32],
             nodes_missed: 0,
             end: Instant::ZERO,
+            left_open: false,
         }
     }
 
     /// The next entry, which was as recorded.
     pub(super) fn watch(&mut self, scheduler: &Scheduler<Robot>, entry: &Entry) {
+        if self.past.is_cut() {
+            return;
+        }
         let now = entry.now.as_nanos();
         match (entry.call, entry.answer) {
             (Call::Release { task, at, .. }, Answer::Released(answer)) => {
@@ -63,10 +69,21 @@ impl Figures {
             (Call::Complete(unit), Answer::Reported(Ok(()) | Err(CompleteError::Late))) => {
                 self.executed(unit, now);
             }
-            // How long a body took that failed says nothing about the next one.
-            (Call::Fail(unit), Answer::Reported(Ok(()) | Err(CompleteError::Late)))
-            | (_, Answer::Preempted(unit)) => drop(self.left(unit, now)),
-            (Call::End, _) => self.end = entry.now,
+            (Call::Fail(unit), Answer::Reported(Ok(()) | Err(CompleteError::Late))) => {
+                let Some((took, members)) = self.left(unit, now) else { return };
+                for member in members {
+                    if let Some(node) =
+                        self.nodes.get(member.task.index()).and_then(|n| n.get(member.node.index()))
+                    {
+                        self.past.failed(member.task.index(), member.index, node, took);
+                    }
+                }
+            }
+            (_, Answer::Preempted(unit)) => drop(self.left(unit, now)),
+            (Call::End, Answer::End(end)) => {
+                self.end = entry.now;
+                self.left_open = end.jobs_in_flight > 0;
+            }
             _ => {}
         }
     }

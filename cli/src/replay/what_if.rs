@@ -9,6 +9,9 @@ use red_workload::policy::Policy;
 use red_workload::shown;
 use std::str::FromStr;
 
+/// Lanes of all pools at most.
+const LANES: u32 = 32;
+
 const EXPECTED: &str = "expected policy=POLICY, deadline=TIME or deadline.TASK=TIME, lanes=N or lanes.POOL=N";
 
 /// What is otherwise.
@@ -35,7 +38,7 @@ impl FromStr for Change {
             "policy" if name.is_none() => value.parse().map(Self::Policy),
             "deadline" => options::duration_ns(value).map(|ns| Self::Deadline(name, ns)),
             "lanes" => match value.parse() {
-                Ok(lanes @ 1..=32) => Ok(Self::Lanes(name, lanes)),
+                Ok(lanes @ 1..=LANES) => Ok(Self::Lanes(name, lanes)),
                 _ => Err("expected 1 to 32 lanes".to_owned()),
             },
             _ => Err(EXPECTED.to_owned()),
@@ -78,7 +81,30 @@ pub(super) fn apply(changes: &[Change], workload: &mut Workload, policy: &mut Po
             }
         }
     }
-    Ok(())
+    // Of several pools at once, so that no single change is at fault.
+    match workload.pools.iter().map(|pool| pool.lanes).sum() {
+        0..=LANES => Ok(()),
+        lanes => Err(format!(
+            "--what-if: lanes: the pools have {lanes} together, expected {LANES} at most; give another pool fewer with \
+             lanes.POOL=N"
+        )),
+    }
+}
+
+/// Until when a run of `duration_ns` that ended at `end_ns` is judged after a change of its workload: as it drains, unless
+/// it was stopped before. One that drained has waited for its jobs as long as the longest deadline, or until none was open.
+pub(super) fn horizon_ns(
+    duration_ns: u64,
+    end_ns: u64,
+    left_open: bool,
+    [recorded, changed]: [&Workload; 2],
+) -> u64 {
+    let drained = |workload: &Workload| {
+        let longest = workload.tasks.iter().map(|task| task.deadline_ns).max();
+        duration_ns.saturating_add(longest.unwrap_or(0))
+    };
+    let stopped = end_ns < duration_ns || left_open && end_ns < drained(recorded);
+    if stopped { end_ns } else { drained(changed) }
 }
 
 /// Both runs beside each other.
@@ -106,6 +132,9 @@ pub(super) fn text(recorded: &Report, what_if: &Report) -> String {
     row("units dispatched", |report| report.units_dispatched);
     format!(
         "{table}\n\nWhat if: in virtual time, with the recorded releases and execution times; a node that was not executed \
-         in a job takes its mean."
+         in a job takes its mean, and a body that failed fails again."
     )
 }
+
+#[cfg(test)]
+mod tests;

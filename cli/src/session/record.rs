@@ -4,7 +4,7 @@ use super::{Options, Robot, SessionError};
 use crate::outcome::Failure;
 use crate::progress;
 use crate::regular;
-use red_record::{Header, Tape, Totals, Writer};
+use red_record::{Header, StartError, Tape, Totals, Writer};
 use red_rt::runtime::Mode;
 use red_workload::{Format, Source, shown_path};
 use serde::Serialize;
@@ -60,8 +60,7 @@ impl Recording {
             .to_owned(),
             workload: source.text().to_owned(),
         };
-        let (writer, tape) =
-            Writer::start(path, &header).map_err(|e| SessionError::Record(no_log(path, &e)))?;
+        let (writer, tape) = Writer::start(path, &header).map_err(|e| not_begun(path, e))?;
         Ok(Some((Self { path: path.to_owned(), writer }, tape)))
     }
 
@@ -112,9 +111,33 @@ impl ClosedLog {
     }
 }
 
+/// The place is the user's, threads are the machine's.
+fn not_begun(path: &Path, error: StartError) -> SessionError {
+    match error {
+        StartError::File(e) => SessionError::Record(no_log(path, &e)),
+        thread => SessionError::Recorder(thread),
+    }
+}
+
 pub(crate) fn no_log(path: &Path, error: &std::io::Error) -> String {
     format!(
         "cannot write the log to `{}`: {error}; expected a file in a folder that takes it",
         shown_path(path)
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::{Error, ErrorKind};
+
+    #[test]
+    fn a_place_is_the_users_fault_and_a_thread_the_machines() {
+        let error = |of: fn(Error) -> StartError| {
+            not_begun(Path::new("a.redlog"), of(Error::from(ErrorKind::WouldBlock)))
+        };
+        assert_eq!(error(StartError::File).exit_code(), 2);
+        let thread = error(StartError::Thread);
+        assert!(thread.exit_code() == 3 && thread.to_string().contains("ulimit -u"), "{thread}");
+    }
 }

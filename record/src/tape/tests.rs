@@ -1,6 +1,7 @@
 use super::*;
 use crate::entry::{Answer, Call};
 use crate::{Header, Writer};
+use red_core::{JobId, TaskId};
 use std::{env, fs, process, thread};
 
 fn entry(ns: u64) -> Entry {
@@ -60,6 +61,30 @@ fn what_the_writer_asks_for_is_handed_over_before_its_chunk_is_full() {
     assert!(matches!(exchange.full.pop(), Some(Letter::Chunk(chunk)) if chunk.entries() == 1));
     // Once.
     tape.put(&entry(2));
+    assert!(exchange.full.pop().is_none());
+}
+
+#[test]
+fn lanes_whose_turns_are_all_as_usual_hand_over_what_is_asked_for() {
+    let (mut tape, exchange) = Tape::new();
+    let (lane, job, now) = (LaneId::new(3), JobId::from_bits(2), Instant::from_nanos(1));
+    let unit = |sequence: u64| UnitId::from_bits(sequence << 16 | 3);
+    let started = |sequence| Started { unit: unit(sequence), job, members: None };
+    let release = Call::Release { task: TaskId::from_bits(0), at: now, capture: None };
+    tape.put(&Entry { now, call: release, answer: Answer::Released(Ok(job)) });
+    tape.put(&Entry { now, call: Call::Poll(Some(lane)), answer: Answer::Started(started(1)) });
+    let mut turn = |done: u64| {
+        let is_usual = tape.completed(unit(done), now)
+            && tape.dispatched(lane, &started(done + 1), now)
+            && tape.found_nothing(lane, now);
+        assert!(is_usual);
+    };
+    turn(1);
+    assert!(exchange.full.pop().is_none());
+    exchange.wanted.store(true, Ordering::Relaxed);
+    turn(2);
+    assert!(matches!(exchange.full.pop(), Some(Letter::Chunk(chunk)) if chunk.entries() == 8));
+    turn(3);
     assert!(exchange.full.pop().is_none());
 }
 

@@ -1,7 +1,7 @@
-//! How jobs ended, and counters, as words.
+//! How jobs ended, and how the run did, as words.
 
 use super::codes::SHED;
-use crate::entry::{back, then};
+use crate::entry::{End, back, then};
 use crate::tape::Chunk;
 use red_core::{Counters, Instant, JobId, Outcome, TaskId};
 
@@ -10,8 +10,11 @@ pub(super) fn bits(word: u64) -> Option<u32> {
     u32::try_from(word).ok()
 }
 
-pub(super) fn numbers(c: &Counters) -> [u64; 6] {
-    [c.units, c.encoder_runs_saved, c.overruns, c.clock_steps_back, c.late_completions, c.evictions]
+pub(super) fn numbers(end: &End) -> [u64; 8] {
+    let c = &end.counters;
+    let [units, late] = [c.units, c.late_completions];
+    let (jobs, starts) = (end.jobs_in_flight, end.starts);
+    [units, c.encoder_runs_saved, c.overruns, c.clock_steps_back, late, c.evictions, jobs, starts]
 }
 
 pub(super) fn put_outcome(outcome: &Outcome, now: Instant, out: &mut Chunk) {
@@ -24,7 +27,7 @@ pub(super) fn put_outcome(outcome: &Outcome, now: Instant, out: &mut Chunk) {
     out.more(back(now, outcome.at));
 }
 
-pub(super) fn take_counters<E>(mut next: impl FnMut() -> Result<u64, E>) -> Result<Counters, E> {
+pub(super) fn take_end<E>(mut next: impl FnMut() -> Result<u64, E>) -> Result<End, E> {
     let mut counters = Counters::default();
     counters.units = next()?;
     counters.encoder_runs_saved = next()?;
@@ -32,7 +35,7 @@ pub(super) fn take_counters<E>(mut next: impl FnMut() -> Result<u64, E>) -> Resu
     counters.clock_steps_back = next()?;
     counters.late_completions = next()?;
     counters.evictions = next()?;
-    Ok(counters)
+    Ok(End { counters, jobs_in_flight: next()?, starts: next()? })
 }
 
 pub(super) fn take_outcome<E>(

@@ -1,5 +1,6 @@
 use super::codes::SHED;
 use super::*;
+use crate::entry::End;
 use crate::started::{Members, Started};
 use red_core::{CompleteError, Counters, Outcome, ShedReason};
 
@@ -72,7 +73,7 @@ fn all() -> Vec<Entry> {
     entries.extend(SHED.map(|reason| at(1, Call::TakeOutcome, Answer::Ended(outcome(Some(reason))))));
     let mut counters = Counters::default();
     (counters.units, counters.evictions) = (u64::MAX, 3);
-    entries.push(at(1, Call::End, Answer::Counters(counters)));
+    entries.push(at(1, Call::End, Answer::End(End { counters, jobs_in_flight: 64, starts: u64::MAX })));
     entries
 }
 

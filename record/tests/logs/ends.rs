@@ -38,7 +38,7 @@ fn the_last_entry_says_when_the_run_ended() {
     }
     let last = last.expect("it has entries");
     assert_eq!((last.call, last.now), (Call::End, Instant::from_nanos(100_000_000)));
-    assert!(matches!(last.answer, Answer::Counters(_)));
+    assert!(matches!(last.answer, Answer::End(_)));
 }
 
 /// What a recording is that polls, and ends so many times, and polls so many times more.
@@ -57,6 +57,24 @@ fn ended(name: &str, ends: usize, after: usize) -> Result<(u64, Option<u64>), Lo
 }
 
 #[test]
+fn lanes_that_a_host_makes_up_are_no_other_lanes_in_the_log() {
+    let file = Scratch::new("made-up");
+    let (writer, mut tape) = Writer::start(&file.0, &header()).unwrap();
+    let (mut scheduler, tasks) = scheduler();
+    let recorder = &mut Recorder::new(&mut scheduler, Some(&mut tape));
+    let now = Instant::from_nanos(1);
+    for lane in [62, 63, 64, 127, 255].map(LaneId::new) {
+        assert!(!recorder.retire_lane(lane) && !recorder.restore_lane(lane));
+        recorder.release_at(tasks[1], now, None, now).ok();
+        while recorder.poll_on(lane, now).is_some() {}
+    }
+    recorder.end(now);
+    drop(tape);
+    let (totals, _) = writer.finish();
+    assert_eq!(again(&fs::read(&file.0).unwrap(), |_| {}).unwrap(), (totals.entries, None));
+}
+
+#[test]
 fn a_log_ends_with_the_end_of_the_run_and_nothing_else() {
     assert!(matches!(ended("end-once", 1, 0), Ok((2, None))));
     assert!(matches!(ended("end-never", 0, 1), Err(LogError::Unended)));
@@ -69,7 +87,8 @@ fn a_log_ends_with_the_end_of_the_run_and_nothing_else() {
 fn a_log_without_its_last_inputs_is_fed_up_to_there_and_says_why() {
     let (file, totals) = recorded("cut", 60);
     let bytes = fs::read(&file.0).unwrap();
-    let cuts = [(Cut::Slow, b"SLOW"), (Cut::Failed, b"FAIL"), (Cut::TooLarge, b"LONG")];
+    let cuts =
+        [(Cut::Slow, b"SLOW"), (Cut::Failed, b"FAIL"), (Cut::TooLarge, b"LONG"), (Cut::Panicked, b"LOST")];
     for (cut, state) in cuts {
         let found = broken(&with_state(&bytes, state, 17));
         assert!(

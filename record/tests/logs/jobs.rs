@@ -10,13 +10,13 @@ use std::fs;
 
 type Small = crate::Small;
 
-const LANE: LaneId = LaneId::new(0);
+pub(crate) const LANE: LaneId = LaneId::new(0);
 
-fn at(ms: u64) -> Instant {
+pub(crate) fn at(ms: u64) -> Instant {
     Instant::from_nanos(ms * 1_000_000)
 }
 
-fn chain<C: Capacity>(nodes: &[Node]) -> Dag<C> {
+pub(crate) fn chain<C: Capacity>(nodes: &[Node]) -> Dag<C> {
     let mut dag = Dag::new();
     let mut before = None;
     for node in nodes {
@@ -52,7 +52,7 @@ fn fed(
 
 /// Records these jobs, each of a task and with a capture, until all have ended: completes what runs, and asks for `lane` until there is nothing.
 /// Then feeds it to `other`.
-fn fed_to<C: Capacity>(
+pub(crate) fn fed_to<C: Capacity>(
     name: &str,
     mut scheduler: Box<Scheduler<C>>,
     lane: Option<LaneId>,

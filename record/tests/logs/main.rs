@@ -2,6 +2,7 @@
 
 mod ends;
 mod jobs;
+mod starts;
 
 use red_core::{
     Action, Caps, Config, Dag, Duration, Empty, Frame, Instant, LaneId, Node, Scheduler, TaskId, Timing,
@@ -241,6 +242,22 @@ fn a_log_that_was_not_closed_says_so() {
 }
 
 #[test]
+fn a_run_that_ends_beyond_all_time_is_refused() {
+    for (duration_ns, is_refused) in [(1 << 62, false), ((1 << 62) + 1, true)] {
+        let file = Scratch::new("beyond");
+        let (writer, tape) = Writer::start(&file.0, &Header { duration_ns, ..header() }).unwrap();
+        drop(tape);
+        assert!(writer.finish().1.is_none());
+        let read = Reader::new(&*fs::read(&file.0).unwrap()).err();
+        assert_eq!(
+            matches!(read, Some(LogError::Damaged { what: "the header", .. })),
+            is_refused,
+            "{read:?}"
+        );
+    }
+}
+
+#[test]
 fn other_capacities_are_refused() {
     let (file, _) = recorded("capacities", 10);
     let bytes = fs::read(&file.0).unwrap();
@@ -265,6 +282,8 @@ fn the_last_entry_has_the_counters() {
     while let Some(entry) = log.next_entry().unwrap() {
         last = Some(entry.answer);
     }
-    assert!(matches!(last, Some(Answer::Counters(c)) if c.units > 0 && c.clock_steps_back == 2));
+    assert!(
+        matches!(last, Some(Answer::End(end)) if end.counters.units > 0 && end.counters.clock_steps_back == 2)
+    );
     assert_eq!(log.totals().map(|totals| totals.entries), Some(totals.entries));
 }

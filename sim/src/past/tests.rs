@@ -2,7 +2,7 @@ use super::*;
 use crate::{Execution, Options, simulate, simulate_past};
 use red_workload::Format;
 use red_workload::build::{Plan, admit};
-use red_workload::model::Workload;
+use red_workload::model::{SyncGrid, Workload};
 use red_workload::policy::Policy;
 
 const FILE: &str = r#"
@@ -51,6 +51,49 @@ fn what_did_not_run_takes_its_mean_and_what_never_ran_its_wcet() {
     let times: Vec<u64> = (0..4).map(|job| past.time(0, job, &nodes[1])).collect();
     assert_eq!(times, [10, 15, 21, 15]);
     assert_eq!(past.time(0, 0, &nodes[0]), 4_000_000);
+}
+
+#[test]
+fn a_body_that_failed_fails_again_whether_its_stage_is_one_node_or_several() {
+    let workload = workload();
+    for recorded in [Policy::Edf, Policy::Redrt] {
+        let (ran, mut past) = (nodes(recorded), Past::new(1));
+        past.released(0, 0);
+        past.released(0, 20_000_000);
+        ran.iter().for_each(|node| past.executed(0, 0, node, 1_000_000));
+        past.failed(0, 1, &ran[0], 7_000_000);
+        for policy in [Policy::Edf, Policy::Redrt] {
+            let task = &simulate_past(&workload, &past, &options(policy)).unwrap().tasks[0];
+            assert_eq!((task.completed, task.shed), (1, 1), "{recorded:?}, {policy:?}");
+            let first = &nodes(policy)[0];
+            // Nothing is known of the next job but what the first one took.
+            assert_eq!((past.time(0, 1, first), past.failed_in(0, 2, first)), (7_000_000, false));
+        }
+    }
+}
+
+#[test]
+fn what_finds_no_room_is_told_and_not_kept() {
+    let mut past = Past { kept: Past::LARGEST - 1, ..Past::new(1) };
+    past.released(0, 5);
+    assert!(!past.is_cut());
+    past.released(0, 6);
+    assert!(past.is_cut());
+    assert_eq!((past.release(0, 0), past.release(0, 1)), (Some(5), None));
+}
+
+#[test]
+fn a_run_had_no_grid() {
+    let mut workload = workload();
+    let (ran, mut past) = (nodes(Policy::Edf), Past::new(1));
+    past.released(0, 0);
+    past.executed(0, 0, &ran[0], 3_000_000);
+    let response = |workload: &Workload| {
+        simulate_past(workload, &past, &options(Policy::Edf)).unwrap().tasks[0].response_ns.max
+    };
+    let without = response(&workload);
+    workload.sync = Some(SyncGrid { grid_ns: 5_000_000, cost_ns: 200_000 });
+    assert_eq!((without, response(&workload)), (Some(3_000_000), Some(3_000_000)));
 }
 
 #[test]
