@@ -158,9 +158,10 @@ fn accepts_what_is_taken(has_place: bool) {
         let host = host.clone();
         thread::spawn(move || {
             let (waiting, mailbox) = &*host;
-            let early = !has_place && waiting.is_stopping();
+            let early = waiting.is_stopping();
             let Some(post) = mailbox.claim() else { return false };
-            !early && !(has_place && waiting.is_stopping()) && post.push(1).is_ok()
+            let is_over = if has_place { waiting.is_stopping() } else { early };
+            !is_over && post.push(1).is_ok()
         })
     };
     let (waiting, mailbox) = &*host;

@@ -52,6 +52,8 @@ pub(crate) fn run(workspace: &Workspace) -> Result<Tally, Failure> {
     names_are_there(&rows, &sources).map_err(Failure::Wrong)?;
     // What rows 75 and 76 need. Where the latter cannot be had, the row says what is missing.
     tools::cargo_deny(workspace)?;
+    // The gate looks at the dependencies of every target, and without the network.
+    workspace.cargo(&["fetch", "--locked"]).stream()?;
     let _told_by_the_row = workspace.command("rustup").args(&["target", "add"]).args(&TARGETS).stream();
     let mut log = Log::default();
     let test = ["test", "--package", "redrt", "--test", "fault_table", "--", "--test-threads=1"];
