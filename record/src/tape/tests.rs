@@ -88,7 +88,15 @@ fn lanes_whose_turns_are_all_as_usual_hand_over_what_is_asked_for() {
     assert!(exchange.full.pop().is_none());
 }
 
-/// Would wait for ever if the writer did not ask, or did not write.
+/// Waits for the writer's thread, which comes in time if at all.
+fn wait_until(is_so: impl Fn() -> bool) {
+    let begin = std::time::Instant::now();
+    while !is_so() {
+        assert!(begin.elapsed().as_secs() < 60, "the writer does not ask, or does not write");
+        thread::yield_now();
+    }
+}
+
 #[test]
 fn a_writer_with_nothing_to_do_asks_for_what_there_is_and_writes_it() {
     let path = env::temp_dir().join(format!("red-record-{}-asks.redlog", process::id()));
@@ -106,13 +114,9 @@ fn a_writer_with_nothing_to_do_asks_for_what_there_is_and_writes_it() {
     let length = || fs::metadata(&path).expect("it was begun").len();
     let begin = length();
     tape.put(&entry(0));
-    while !tape.exchange.wanted.load(Ordering::Relaxed) {
-        thread::yield_now();
-    }
+    wait_until(|| tape.exchange.wanted.load(Ordering::Relaxed));
     tape.put(&entry(1));
-    while length() == begin {
-        thread::yield_now();
-    }
+    wait_until(|| length() != begin);
     drop(tape);
     let (totals, failed) = writer.finish();
     fs::remove_file(&path).expect("our own file");

@@ -28,8 +28,8 @@ fn broken(bytes: &[u8]) -> Broken {
 }
 
 #[test]
-fn the_last_entry_says_when_the_run_ended() {
-    let (file, _) = recorded("end", 100);
+fn the_last_entry_says_when_and_how_the_run_ended() {
+    let (file, totals) = recorded("end", 100);
     let bytes = fs::read(&file.0).unwrap();
     let mut log = Reader::new(&*bytes).unwrap();
     let mut last = None;
@@ -38,7 +38,9 @@ fn the_last_entry_says_when_the_run_ended() {
     }
     let last = last.expect("it has entries");
     assert_eq!((last.call, last.now), (Call::End, Instant::from_nanos(100_000_000)));
-    assert!(matches!(last.answer, Answer::End(_)));
+    let Answer::End(end) = last.answer else { panic!("{last}") };
+    assert!(end.counters.units > 0 && end.counters.clock_steps_back == 2, "{end:?}");
+    assert_eq!(log.totals().map(|totals| totals.entries), Some(totals.entries));
 }
 
 /// What a recording is that polls, and ends so many times, and polls so many times more.

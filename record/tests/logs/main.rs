@@ -8,7 +8,7 @@ use red_core::{
     Action, Caps, Config, Dag, Duration, Empty, Frame, Instant, LaneId, Node, Scheduler, TaskId, Timing,
     UnitId, Wcet,
 };
-use red_record::{Answer, FORMAT, Header, LogError, Reader, Recorder, Tape, Totals, Writer, replay};
+use red_record::{FORMAT, Header, LogError, Reader, Recorder, Tape, Totals, Writer, replay};
 use std::env;
 use std::fs;
 use std::path::PathBuf;
@@ -271,19 +271,4 @@ fn other_capacities_are_refused() {
 fn a_full_disk_is_told_before_the_run() {
     let full = Writer::start(std::path::Path::new("/dev/full"), &header());
     assert!(full.is_err());
-}
-
-#[test]
-fn the_last_entry_has_the_counters() {
-    let (file, totals) = recorded("counters", 100);
-    let bytes = fs::read(&file.0).unwrap();
-    let mut log = Reader::new(&*bytes).unwrap();
-    let mut last = None;
-    while let Some(entry) = log.next_entry().unwrap() {
-        last = Some(entry.answer);
-    }
-    assert!(
-        matches!(last, Some(Answer::End(end)) if end.counters.units > 0 && end.counters.clock_steps_back == 2)
-    );
-    assert_eq!(log.totals().map(|totals| totals.entries), Some(totals.entries));
 }
