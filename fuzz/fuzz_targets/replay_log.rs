@@ -1,85 +1,96 @@
-//! Any bytes as a replay log: as they are, or as the words of a log whose checksums are right, so that what lies behind
-//! them is reached. What can be read is fed to a scheduler.
+//! Any bytes as a replay log: as they are; as the blocks of a log whose checksums are right, so that what lies behind
+//! them is reached; and as changes to the log of a run, so that what comes late in one is reached. What can be read is
+//! fed to a scheduler.
 #![no_main]
+
+mod recorded;
 
 use std::hint::black_box;
 
 use libfuzzer_sys::fuzz_target;
-use red_core::{Config, Dag, Duration, Node, Scheduler, Timing, Wcet};
-use red_record::{Call, FORMAT, Header, Reader, replay};
-
-type Small = red_core::Caps<2, 4, 3, 2>;
+use recorded::{Block, RUN, change, scheduler, sealed};
+use red_record::{Call, Reader, replay};
 
 fuzz_target!(|bytes: &[u8]| {
     match bytes {
-        [0, log @ ..] => read(log),
-        [entries, words @ ..] => read(&sealed(*entries, words)),
-        [] => {}
+        [0, log @ ..] => _ = read(log),
+        [1, closed, blocks @ ..] => _ = read(&sealed(&split(blocks), *closed != 0)),
+        [_, closed, changes @ ..] => {
+            let whole = read(&sealed(&changed(changes), *closed != 0));
+            assert!(whole || !changes.is_empty() || *closed == 0, "the log of a run is not replayed");
+        }
+        _ => {}
     }
 });
 
-/// A log of one block with these words, every checksum right.
-fn sealed(entries: u8, words: &[u8]) -> Vec<u8> {
-    let header = Header {
-        program: String::new(),
-        capacities: Header::capacities_of::<Small>(),
-        policy: "redrt".into(),
-        duration_ns: 1,
-        realtime: false,
-        file: String::new(),
-        format: "toml".into(),
-        workload: String::new(),
-    };
-    let header = serde_json::to_vec(&header).expect("plain data");
-    let mut totals = [u64::from(entries).to_le_bytes(), [0; 8]].concat();
-    totals.extend(b"DONE");
-    let mut log = [&b"REDLOG"[..], &FORMAT.to_le_bytes()].concat();
-    let part = |log: &mut Vec<u8>, bytes: &[u8]| {
-        log.extend((bytes.len() as u32).to_le_bytes());
-        log.extend(crc32fast::hash(bytes).to_le_bytes());
-        log.extend(bytes);
-    };
-    part(&mut log, &header);
-    log.extend(&totals);
-    log.extend(crc32fast::hash(&totals).to_le_bytes());
-    log.extend(u32::from(entries).to_le_bytes());
-    part(&mut log, words);
-    log
+/// Blocks, each after its entries and its length.
+fn split(mut bytes: &[u8]) -> Vec<Block> {
+    let mut blocks = Vec::new();
+    while let [entries, length, rest @ ..] = bytes {
+        let (words, others) = rest.split_at(usize::from(*length).min(rest.len()));
+        blocks.push(Block { entries: (*entries).into(), words: words.to_vec() });
+        bytes = others;
+    }
+    blocks
 }
 
-fn read(log: &[u8]) {
+/// The run's block with changes: each is a place in 14 bits, what to do there in two, and a byte.
+fn changed(changes: &[u8]) -> Vec<Block> {
+    let mut block = RUN.clone();
+    let mut split = None;
+    for change in changes.chunks_exact(3) {
+        let [low, high, byte] = *change else { break };
+        let at = usize::from(u16::from_le_bytes([low, high & 63])) % (block.words.len() + 1);
+        match high >> 6 {
+            0 if at < block.words.len() => block.words[at] = byte,
+            1 => block.words.insert(at, byte),
+            2 if at < block.words.len() => _ = block.words.remove(at),
+            // The entries before it have to be guessed: rarely right, but then two blocks are one run.
+            3 => split = Some((at, byte)),
+            _ => {}
+        }
+    }
+    let Some((at, entries)) = split.filter(|(at, _)| *at <= block.words.len()) else { return vec![block] };
+    let words = block.words.split_off(at);
+    let first = block.entries.min(entries.into());
+    let second = Block { entries: block.entries - first, words };
+    vec![Block { entries: first, ..block }, second]
+}
+
+/// Whether it was replayed to its end without a difference.
+fn read(log: &[u8]) -> bool {
     let mut reader = match Reader::new(log) {
         Ok(reader) => reader,
         Err(refusal) => {
             black_box(refusal.to_string());
-            return;
+            return false;
         }
     };
-    let mut scheduler = Scheduler::<Small>::new(Config::REDRT.with_lanes(2));
-    for cost in [1, 2] {
-        let mut dag = Dag::new();
-        let first = dag.add_node(Node::new(Wcet::from_millis(cost))).expect("room");
-        let last = dag.add_node(Node::new(Wcet::from_millis(1))).expect("room");
-        dag.add_edge(first, last).expect("no cycle");
-        scheduler.add_task(&dag, Timing::new(Duration::from_millis(5))).expect("room");
-    }
+    let (mut scheduler, tasks) = scheduler();
     let (entries, mut last) = (reader.totals().map(|totals| totals.entries), None);
-    let change = |_: &mut Scheduler<Small>, number: u32, _| {
+    let change = |scheduler: &mut _, number, now| {
         assert!(!cfg!(feature = "planted") || number != 1, "a planted bug");
-        Err(red_core::CommitError::Busy)
+        change(scheduler, tasks, number, now)
     };
-    match replay(&mut reader, &mut scheduler, change, |_, entry| last = Some(entry.call)) {
+    let watch = |_: &_, entry: &red_record::Entry| {
+        black_box(entry.to_string());
+        last = Some(entry.call);
+    };
+    match replay(&mut reader, &mut scheduler, change, watch) {
         Ok(run) => {
+            let whole = run.difference.is_none();
+            let inputs = run.inputs;
             assert!(
-                entries.is_some_and(|entries| run.inputs <= entries),
-                "{} inputs of {entries:?}",
-                run.inputs
+                entries.map_or(!whole, |all| inputs <= all && (inputs == all || !whole)),
+                "{inputs} of {entries:?}"
             );
-            assert!(run.difference.is_some() || last == Some(Call::End), "a log that ends with {last:?}");
+            assert!(!whole || last == Some(Call::End), "a log that ends with {last:?}");
             black_box(run.difference.map(|difference| format!("{difference:?}")));
+            whole
         }
         Err(broken) => {
             black_box(broken.to_string());
+            false
         }
     }
 }

@@ -1,0 +1,163 @@
+//! A run that is recorded: what is changed in its log lies deep in it.
+
+use std::sync::LazyLock;
+use std::{env, fs, process};
+
+use red_core::{
+    Action, CommitError, Config, Dag, Duration, Frame, Instant, LaneId, Node, NodeId, Scheduler, TaskId,
+    Timing, UnitId, Wcet,
+};
+use red_record::{FORMAT, Header, Recorder, Writer};
+
+pub type Small = red_core::Caps<2, 4, 3, 2>;
+
+const LANES: u8 = 2;
+/// Changes that the host can make, from 0; of others it knows nothing.
+const CHANGES: u32 = 4;
+
+/// Two tasks of a shared encoder with two decoders.
+pub fn scheduler() -> (Scheduler<Small>, [TaskId; 2]) {
+    let mut scheduler = Scheduler::new(Config { preempt: true, ..Config::REDRT.with_lanes(LANES) });
+    let tasks = [1, 2].map(|cost| {
+        let mut dag = Dag::new();
+        let mut add = |node| dag.add_node(node).expect("room");
+        let frame = Frame { weights: 0, frame: 0, sensor: None };
+        let encoder = add(Node::shared_encoder(Wcet::from_millis(1), frame));
+        let decoders = [0; 2].map(|_| add(Node::decoder(Wcet::from_millis(cost))));
+        decoders.into_iter().for_each(|to| dag.add_edge(encoder, to).expect("no cycle"));
+        scheduler.add_task(&dag, Timing::new(Duration::from_millis(6 * cost))).expect("room")
+    });
+    (scheduler, tasks)
+}
+
+/// Change `number`: of the first or the second task, a node more or the last one less.
+///
+/// # Errors
+/// As of every commit; [`CommitError::Busy`] for a number that is none.
+pub fn change(
+    scheduler: &mut Scheduler<Small>,
+    tasks: [TaskId; 2],
+    number: u32,
+    now: Instant,
+) -> Result<(), CommitError> {
+    if number >= CHANGES {
+        return Err(CommitError::Busy);
+    }
+    let mut dag = scheduler.edit(tasks[number as usize % 2]).ok_or(CommitError::UnknownTask)?;
+    if number / 2 == 0 {
+        if let Ok(new) = dag.add_node(Node::new(Wcet::from_millis(1))) {
+            dag.add_edge(NodeId::new(0), new).expect("no cycle");
+        }
+    } else if let Some(last) = dag.nodes().last() {
+        dag.remove_node(last);
+    }
+    scheduler.commit(&dag, now).map(|_| ())
+}
+
+/// What any log of this host begins with.
+pub fn header() -> Header {
+    Header {
+        program: String::new(),
+        capacities: Header::capacities_of::<Small>(),
+        policy: "redrt".into(),
+        duration_ns: 1,
+        realtime: false,
+        file: String::new(),
+        format: "toml".into(),
+        workload: String::new(),
+    }
+}
+
+/// Entries and their words.
+#[derive(Clone)]
+pub struct Block {
+    pub entries: u32,
+    pub words: Vec<u8>,
+}
+
+/// A log of these blocks with every checksum right; in one that is not `closed` the totals are left out.
+pub fn sealed(blocks: &[Block], closed: bool) -> Vec<u8> {
+    let header = serde_json::to_vec(&header()).expect("plain data");
+    let entries = blocks.iter().map(|block| u64::from(block.entries)).sum::<u64>();
+    let mut totals = [if closed { entries } else { 0 }.to_le_bytes(), [0; 8]].concat();
+    totals.extend(if closed { *b"DONE" } else { [0; 4] });
+    let mut log = [&b"REDLOG"[..], &FORMAT.to_le_bytes()].concat();
+    part(&mut log, &header);
+    log.extend(&totals);
+    log.extend(crc32fast::hash(&totals).to_le_bytes());
+    for block in blocks {
+        log.extend(block.entries.to_le_bytes());
+        part(&mut log, &block.words);
+    }
+    log
+}
+
+fn part(log: &mut Vec<u8>, bytes: &[u8]) {
+    log.extend((bytes.len() as u32).to_le_bytes());
+    log.extend(crc32fast::hash(bytes).to_le_bytes());
+    log.extend(bytes);
+}
+
+/// The one block of a run in which everything happens that a log has a word for.
+pub static RUN: LazyLock<Block> = LazyLock::new(|| {
+    let path = env::temp_dir().join(format!("red-fuzz-{}.redlog", process::id()));
+    let (writer, mut tape) = Writer::start(&path, &header()).expect("a place for a log");
+    let (mut scheduler, tasks) = scheduler();
+    run(&mut Recorder::new(&mut scheduler, Some(&mut tape)), tasks);
+    drop(tape);
+    let (totals, failed) = writer.finish();
+    let log = fs::read(&path);
+    let _kept = fs::remove_file(&path);
+    assert!(failed.is_none() && totals.cut.is_none(), "{totals:?}, {failed:?}");
+    let log = log.expect("a log");
+    let entries = u32::try_from(totals.entries).expect("a short run");
+    let start = sealed(&[Block { entries, words: Vec::new() }], true).len();
+    let block = Block { entries, words: log[start..].to_vec() };
+    assert!(sealed(std::slice::from_ref(&block), true) == log, "a log is what its writer says");
+    block
+});
+
+fn run(host: &mut Recorder<'_, Small>, tasks: [TaskId; 2]) {
+    let lanes = [0, 1].map(LaneId::new);
+    let mut running = [None::<UnitId>; LANES as usize];
+    for step in 0..80_u64 {
+        // Once a step back, and once a leap that no word of an entry has room for.
+        let now = match step {
+            40 => Instant::from_nanos(1),
+            41.. => Instant::from_nanos((1 << 37) + step * 500_000),
+            _ => Instant::from_nanos(step * 500_000),
+        };
+        match step {
+            10 | 50 => _ = host.edit(step as u32 / 50, now, |s| change(s, tasks, step as u32 / 50, now)),
+            20 => _ = host.edit(CHANGES, now, |s| change(s, tasks, CHANGES, now)),
+            75 => _ = host.remove_task(tasks[1], now),
+            // Two encoders of one frame, which share an execution.
+            _ if step % 12 == 0 => _ = tasks.map(|task| host.release_at(task, now, Some(step), now)),
+            _ if step % 3 == 1 => _ = host.release_at(tasks[0], now, None, now),
+            _ => {}
+        }
+        for lane in lanes {
+            if step % 11 == 2 {
+                host.restore_lane(lane);
+            }
+            let done = running[lane.index()].take_if(|_| (step + lane.index() as u64) % 3 == 0);
+            match done {
+                Some(unit) if step % 11 == 0 => {
+                    let _late = host.fail(unit, now);
+                    host.retire_lane(lane);
+                }
+                Some(unit) => _ = host.complete(unit, now),
+                None => {}
+            }
+            while step % 4 == 0 && host.take_outcome().is_some() {}
+            while let Some(action) = if step % 5 == 4 { host.poll(now) } else { host.poll_on(lane, now) } {
+                match action {
+                    Action::Dispatch(dispatch) => running[dispatch.unit.lane().index()] = Some(dispatch.unit),
+                    Action::Preempt(dispatch) => running[dispatch.unit.lane().index()] = None,
+                    _ => {}
+                }
+            }
+        }
+    }
+    host.end(Instant::from_nanos(1 << 38));
+}
