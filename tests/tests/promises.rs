@@ -1,0 +1,113 @@
+//! What the documentation promises in passing, and larger tests would not miss.
+
+use red_core::{
+    Action, Caps, Config, CostEstimate, Dag, Duration, Estimator, EventKind, Instant, JobId, LaneId, Late,
+    Node, NodeError, NodeId, Scheduler, TaskId, Timing, UnitId, Wcet,
+};
+
+type Small = Caps<2, 4, 3, 2, 1, 1, 16>;
+
+fn at_ms(ms: u64) -> Instant {
+    Instant::ZERO.saturating_add(Duration::from_millis(ms))
+}
+
+fn chain(costs: &[u64]) -> Dag<Small> {
+    let mut dag = Dag::new();
+    let node = |cost| Node::new(Wcet::from_millis(cost)).best_case(Duration::from_millis(cost));
+    let nodes = costs.iter().map(|cost| dag.add_node(node(*cost)).unwrap());
+    let nodes: Vec<NodeId> = nodes.collect();
+    nodes.windows(2).for_each(|pair| dag.add_edge(pair[0], pair[1]).unwrap());
+    dag
+}
+
+fn task(scheduler: &mut Scheduler<Small>, costs: &[u64], deadline_ms: u64) -> TaskId {
+    scheduler.add_task(&chain(costs), Timing::new(Duration::from_millis(deadline_ms))).unwrap()
+}
+
+/// The unit that starts now, if one does; what else there is to do is done.
+fn start(scheduler: &mut Scheduler<Small>, now: Instant) -> Option<UnitId> {
+    let mut started = None;
+    while let Some(action) = scheduler.poll(now) {
+        if let Action::Dispatch(dispatch) = action {
+            started = Some(dispatch.unit);
+        }
+    }
+    started
+}
+
+#[test]
+fn a_duration_is_shown_in_the_largest_unit_that_it_has_one_of() {
+    let shown = [0, 999, 1_000, 999_999, 1_000_000, 1_234_567, 1_000_000_000, 61_500_000_000];
+    let shown = shown.map(|ns| Duration::from_nanos(ns).to_string());
+    let expected =
+        ["0 ns", "999 ns", "1.000 us", "999.999 us", "1.000 ms", "1.234 ms", "1.000 s", "61.500 s"];
+    assert_eq!(shown, expected);
+}
+
+#[test]
+fn an_estimate_is_of_the_last_eight_samples_however_many_there_were() {
+    let mut estimator = Estimator::new(&Node::new(Wcet::from_millis(1)));
+    for taken in 1..=40_u64 {
+        estimator.push(Duration::from_nanos(taken * 100));
+        let last = taken.saturating_sub(7).max(1)..=taken;
+        let mean = last.clone().sum::<u64>() * 100 / (last.clone().count() as u64);
+        assert_eq!(estimator.mean(), Some(CostEstimate::from_nanos(mean)), "after {taken}");
+        assert_eq!(estimator.minimum(), Some(Duration::from_nanos(last.start() * 100)), "after {taken}");
+        assert_eq!(estimator.maximum(), Some(Duration::from_nanos(taken * 100)), "after {taken}");
+    }
+}
+
+#[test]
+fn events_of_tasks_and_jobs_have_their_time() {
+    let mut scheduler = Scheduler::<Small>::new(Config::REDRT);
+    let task = task(&mut scheduler, &[1], 10);
+    scheduler.release(task, at_ms(3)).unwrap();
+    let edit = scheduler.edit(task).unwrap();
+    let _fits = scheduler.commit(&edit, at_ms(4)).unwrap();
+    let events = std::iter::from_fn(|| scheduler.take_event().copied());
+    let of = |kind| move |event: &red_core::Event| event.kind == kind;
+    let events: Vec<_> = events.collect();
+    let times = [EventKind::Released, EventKind::Edited]
+        .map(|kind| events.iter().find(|event| of(kind)(event)).map(|event| event.at));
+    assert_eq!(times, [Some(at_ms(3)), Some(at_ms(4))]);
+}
+
+#[test]
+fn a_new_node_has_no_name_that_a_job_of_an_older_graph_uses() {
+    let mut scheduler = Scheduler::<Small>::new(Config::REDRT);
+    let task = task(&mut scheduler, &[1, 1, 1, 1], 10);
+    scheduler.release(task, Instant::ZERO).unwrap();
+    let mut edit = scheduler.edit(task).unwrap();
+    let gone = edit.nodes().last().unwrap();
+    assert!(edit.remove_node(gone));
+    let _fits = scheduler.commit(&edit, Instant::ZERO).unwrap();
+    let add = |scheduler: &Scheduler<Small>| {
+        scheduler.edit(task).unwrap().add_node(Node::new(Wcet::from_millis(1)))
+    };
+    assert_eq!(add(&scheduler), Err(NodeError::Full));
+    while let Some(unit) = start(&mut scheduler, Instant::ZERO) {
+        scheduler.complete(unit, Instant::ZERO).unwrap();
+    }
+    assert_eq!(add(&scheduler), Ok(gone));
+}
+
+#[test]
+fn a_job_takes_over_nothing_of_one_that_was_suspended_in_its_place() {
+    let config = Config { preempt: true, late: Late::AbortJob, ..Config::REDRT.with_lanes(1) };
+    let mut scheduler = Scheduler::<Small>::new(config);
+    let (long, short) = (task(&mut scheduler, &[10], 15), task(&mut scheduler, &[9], 10));
+    let first: JobId = scheduler.release(long, at_ms(0)).unwrap();
+    assert!(start(&mut scheduler, at_ms(0)).is_some());
+    // The long job has run for a millisecond when it loses its lane, and cannot make it afterwards.
+    scheduler.release(short, at_ms(1)).unwrap();
+    let urgent = start(&mut scheduler, at_ms(1)).expect("it takes the lane");
+    scheduler.complete(urgent, at_ms(10)).unwrap();
+    assert_eq!(start(&mut scheduler, at_ms(10)), None, "the long job was given up");
+    let second = scheduler.release(long, at_ms(10)).unwrap();
+    assert_eq!(second.index(), first.index(), "it has the place of the other");
+    let unit = start(&mut scheduler, at_ms(10)).expect("the lane is free");
+    assert_eq!(unit.lane(), LaneId::new(0));
+    scheduler.complete(unit, at_ms(14)).unwrap();
+    let (_, estimator) = scheduler.task_node(long, unit.node()).unwrap();
+    assert_eq!(estimator.mean(), Some(CostEstimate::from_millis(4)));
+}
