@@ -1,8 +1,8 @@
 //! What the documentation promises in passing, and larger tests would not miss.
 
 use red_core::{
-    Action, Caps, Config, CostEstimate, Dag, Duration, Estimator, EventKind, Instant, JobId, LaneId, Late,
-    Node, NodeError, NodeId, Scheduler, TaskId, Timing, UnitId, Wcet,
+    Action, Caps, CompleteError, Config, CostEstimate, Dag, Duration, Estimator, EventKind, Frame, Instant,
+    JobId, LaneId, Late, Node, NodeError, NodeId, Scheduler, TaskId, Timing, UnitId, Wcet,
 };
 
 type Small = Caps<2, 4, 3, 2, 1, 1, 16>;
@@ -110,4 +110,38 @@ fn a_job_takes_over_nothing_of_one_that_was_suspended_in_its_place() {
     scheduler.complete(unit, at_ms(14)).unwrap();
     let (_, estimator) = scheduler.task_node(long, unit.node()).unwrap();
     assert_eq!(estimator.mean(), Some(CostEstimate::from_millis(4)));
+}
+
+#[test]
+fn a_result_is_not_overwritten_while_a_decoder_of_a_removed_task_reads_it() {
+    let mut scheduler = Scheduler::<Small>::new(Config::REDRT.with_lanes(2));
+    let mut dag = Dag::new();
+    let frame = Frame { weights: 0, frame: 0, sensor: None };
+    let encoder = dag.add_node(Node::shared_encoder(Wcet::from_millis(1), frame)).unwrap();
+    let decoder = dag.add_node(Node::decoder(Wcet::from_millis(5))).unwrap();
+    dag.add_edge(encoder, decoder).unwrap();
+    let [removed, stays] =
+        [0; 2].map(|_| scheduler.add_task(&dag, Timing::new(Duration::from_millis(20))).unwrap());
+    let result = |scheduler: &Scheduler<Small>, unit| scheduler.unit(unit).unwrap().output.unwrap();
+
+    scheduler.release(removed, at_ms(0)).unwrap();
+    let writer = start(&mut scheduler, at_ms(0)).unwrap();
+    scheduler.complete(writer, at_ms(1)).unwrap();
+    let reader = start(&mut scheduler, at_ms(1)).unwrap();
+    let read = result(&scheduler, reader);
+    assert!(scheduler.remove_task(removed, at_ms(2)));
+    scheduler.release(stays, at_ms(2)).unwrap();
+    let writer = start(&mut scheduler, at_ms(2)).unwrap();
+    assert_ne!(result(&scheduler, writer), read);
+
+    // Nobody reads it any more.
+    scheduler.complete(writer, at_ms(3)).unwrap();
+    assert_eq!(scheduler.complete(reader, at_ms(3)), Err(CompleteError::Late));
+    scheduler.release(stays, at_ms(3)).unwrap();
+    let next = start(&mut scheduler, at_ms(3)).unwrap();
+    assert_eq!(
+        (next.node(), result(&scheduler, next)),
+        (encoder, read),
+        "after the decoder of the job before"
+    );
 }
