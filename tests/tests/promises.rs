@@ -1,8 +1,8 @@
 //! What the documentation promises in passing, and larger tests would not miss.
 
 use red_core::{
-    Action, Caps, CompleteError, Config, CostEstimate, Dag, Duration, Estimator, EventKind, Frame, Instant,
-    JobId, LaneId, Late, Node, NodeError, NodeId, Scheduler, TaskId, Timing, UnitId, Wcet,
+    Action, Bytes, Caps, CompleteError, Config, CostEstimate, Dag, Duration, Estimator, EventKind, Frame,
+    Instant, JobId, LaneId, Late, Node, NodeError, NodeId, Scheduler, TaskId, Timing, UnitId, Wcet,
 };
 
 type Small = Caps<2, 4, 3, 2, 1, 1, 16>;
@@ -144,4 +144,46 @@ fn a_result_is_not_overwritten_while_a_decoder_of_a_removed_task_reads_it() {
         (encoder, read),
         "after the decoder of the job before"
     );
+}
+
+#[test]
+fn events_that_find_no_room_are_counted() {
+    let mut scheduler = Scheduler::<Small>::new(Config::REDRT);
+    let task = task(&mut scheduler, &[1], 10);
+    for ms in 0..20 {
+        scheduler.release(task, at_ms(ms)).unwrap();
+        let unit = start(&mut scheduler, at_ms(ms)).unwrap();
+        scheduler.complete(unit, at_ms(ms)).unwrap();
+    }
+    let dropped = scheduler.events_dropped();
+    let kept = std::iter::from_fn(|| scheduler.take_event().copied()).count() as u64;
+    assert_eq!(kept, 16);
+    assert!(dropped >= 3 * 20 - kept, "{dropped} of a release, a start and an end each of 20 jobs");
+}
+
+#[test]
+fn a_lane_that_asks_for_its_next_unit_keeps_its_chain() {
+    let mut scheduler = Scheduler::<Small>::new(Config::REDRT.with_lanes(2));
+    let task = task(&mut scheduler, &[1, 1], 10);
+    scheduler.release(task, at_ms(0)).unwrap();
+    let last = LaneId::new(1);
+    let Some(Action::Dispatch(first)) = scheduler.poll_on(last, at_ms(0)) else { panic!("a lane is free") };
+    assert_eq!(first.lane, last);
+    let next = scheduler.complete_and_poll(first.unit, at_ms(1)).unwrap();
+    let Some(Action::Dispatch(second)) = next else { panic!("the next of the chain is ready") };
+    assert_eq!(second.lane, last);
+}
+
+#[test]
+fn a_certificate_says_whether_nodes_may_wait_for_memory() {
+    let mut dag = Dag::<Small>::new();
+    for bytes in [2, 3, 4] {
+        dag.add_node(Node::new(Wcet::from_millis(1)).memory(Bytes(bytes))).unwrap();
+    }
+    // The two largest run beside each other at most.
+    for (budget, holds) in [(6, false), (7, true)] {
+        let mut scheduler = Scheduler::new(Config::REDRT.with_lanes(2).with_memory(Bytes(budget)));
+        let task = scheduler.add_task(&dag, Timing::new(Duration::from_millis(10))).unwrap();
+        assert_eq!(scheduler.certificate(task).unwrap().memory_holds, holds, "{budget} bytes");
+    }
 }
