@@ -113,6 +113,24 @@ fn a_job_takes_over_nothing_of_one_that_was_suspended_in_its_place() {
 }
 
 #[test]
+fn a_node_that_was_suspended_took_what_it_ran_before_and_after() {
+    let config = Config { preempt: true, ..Config::REDRT.with_lanes(1) };
+    let mut scheduler = Scheduler::<Small>::new(config);
+    let (long, short) = (task(&mut scheduler, &[1, 10], 40), task(&mut scheduler, &[9], 10));
+    scheduler.release(long, at_ms(0)).unwrap();
+    let head = start(&mut scheduler, at_ms(0)).unwrap();
+    scheduler.complete(head, at_ms(1)).unwrap();
+    assert!(start(&mut scheduler, at_ms(1)).is_some());
+    scheduler.release(short, at_ms(3)).unwrap();
+    let urgent = start(&mut scheduler, at_ms(3)).expect("it takes the lane");
+    scheduler.complete(urgent, at_ms(12)).unwrap();
+    let again = start(&mut scheduler, at_ms(12)).expect("the lane is free");
+    scheduler.complete(again, at_ms(19)).unwrap();
+    let (_, estimator) = scheduler.task_node(long, again.node()).unwrap();
+    assert_eq!(estimator.mean(), Some(CostEstimate::from_millis(2 + 7)));
+}
+
+#[test]
 fn a_result_is_not_overwritten_while_a_decoder_of_a_removed_task_reads_it() {
     let mut scheduler = Scheduler::<Small>::new(Config::REDRT.with_lanes(2));
     let mut dag = Dag::new();
