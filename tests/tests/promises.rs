@@ -2,7 +2,7 @@
 
 use red_core::{
     Action, Bytes, Caps, CompleteError, Config, CostEstimate, Dag, Duration, Estimator, EventKind, Frame,
-    Instant, JobId, LaneId, Late, Node, NodeError, NodeId, Scheduler, TaskId, Timing, UnitId, Wcet,
+    Instant, JobId, LaneId, Late, Node, NodeError, NodeId, Scheduler, Shed, TaskId, Timing, UnitId, Wcet,
 };
 
 type Small = Caps<2, 4, 3, 2, 1, 1, 16>;
@@ -204,4 +204,58 @@ fn a_certificate_says_whether_nodes_may_wait_for_memory() {
         let task = scheduler.add_task(&dag, Timing::new(Duration::from_millis(10))).unwrap();
         assert_eq!(scheduler.certificate(task).unwrap().memory_holds, holds, "{budget} bytes");
     }
+}
+
+#[test]
+fn a_job_may_end_at_its_deadline_whatever_else_ends_then() {
+    let config = Config { late: Late::AbortJob, shed: Shed::Never, ..Config::REDRT.with_lanes(2) };
+    let mut scheduler = Scheduler::<Small>::new(config);
+    let (late, on_time) = (task(&mut scheduler, &[5], 9), task(&mut scheduler, &[10], 10));
+    scheduler.release(on_time, at_ms(0)).unwrap();
+    let unit = start(&mut scheduler, at_ms(0)).unwrap();
+    scheduler.release(late, at_ms(0)).unwrap();
+    assert!(start(&mut scheduler, at_ms(0)).is_some());
+    let Some(Action::Ended(given_up)) = scheduler.poll(at_ms(10)) else { panic!("one is late") };
+    assert_eq!((given_up.task, scheduler.poll(at_ms(10))), (late, None));
+    assert_eq!(scheduler.complete(unit, at_ms(10)), Ok(()));
+}
+
+#[test]
+fn a_unit_whose_job_is_gone_keeps_its_lane_whoever_has_the_place_of_the_job() {
+    let config = Config { preempt: true, ..Config::REDRT.with_lanes(1) };
+    let mut scheduler = Scheduler::<Small>::new(config);
+    let (long, short) = (task(&mut scheduler, &[10], 40), task(&mut scheduler, &[1], 5));
+    let first = scheduler.release(long, at_ms(0)).unwrap();
+    let gone = start(&mut scheduler, at_ms(0)).unwrap();
+    assert!(scheduler.remove_task(long, at_ms(1)));
+    assert!(scheduler.take_outcome().is_some());
+    let other = task(&mut scheduler, &[10], 40);
+    assert_eq!(scheduler.release(other, at_ms(1)).unwrap().index(), first.index());
+    scheduler.release(short, at_ms(1)).unwrap();
+    while let Some(action) = scheduler.poll(at_ms(1)) {
+        assert!(matches!(action, Action::Ended(_)), "{action:?}");
+    }
+    assert_eq!(scheduler.complete(gone, at_ms(2)), Err(CompleteError::Late));
+    assert!(start(&mut scheduler, at_ms(2)).is_some());
+}
+
+#[test]
+fn ready_sub_jobs_are_counted_until_they_start() {
+    let mut scheduler = Scheduler::<Small>::new(Config::REDRT);
+    let task = task(&mut scheduler, &[1, 1], 10);
+    assert_eq!(scheduler.ready_sub_jobs(), 0);
+    for _ in 0..2 {
+        scheduler.release(task, at_ms(0)).unwrap();
+    }
+    assert_eq!(scheduler.ready_sub_jobs(), 2);
+    assert!(start(&mut scheduler, at_ms(0)).is_some());
+    assert_eq!(scheduler.ready_sub_jobs(), 1);
+}
+
+#[test]
+fn a_node_that_no_graph_of_the_task_has_is_not_known() {
+    let mut scheduler = Scheduler::<Small>::new(Config::REDRT);
+    let task = task(&mut scheduler, &[1, 1], 10);
+    let known = [0, 1, 2, 3, 4, 255].map(|node| scheduler.task_node(task, NodeId::new(node)).is_some());
+    assert_eq!(known, [true, true, false, false, false, false]);
 }
