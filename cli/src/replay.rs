@@ -80,6 +80,8 @@ struct Differs {
 struct Both {
     recorded: Report,
     what_if: Report,
+    /// Nodes that took their WCET, because the recorded run never executed them.
+    at_wcet: Vec<String>,
 }
 
 /// A log whose run is set up again.
@@ -159,12 +161,13 @@ fn answer_what_if(
         preempt: false,
         schedule: false,
     };
-    let what_if = progress::during("simulating", || simulate_past(workload, &figures.past, &options))?;
+    let (what_if, at_wcet) =
+        progress::during("simulating", || simulate_past(workload, &figures.past, &options))?;
     let recorded = figures.report(opened, Instant::from_nanos(duration_ns.min(end_ns)));
     if args.json {
-        output::json(&Both { recorded, what_if })?;
+        output::json(&Both { recorded, what_if, at_wcet })?;
     } else {
-        output::line(&what_if::text(&recorded, &what_if))?;
+        output::line(&what_if::text(&recorded, &what_if, &at_wcet))?;
     }
     Ok(Answer::Yes)
 }

@@ -38,7 +38,7 @@ impl Execution {
     #[must_use]
     pub fn draw(self, seed: u64, task: usize, job: u64, node: &Numbered) -> u64 {
         match &node.role {
-            Role::Plain(part) | Role::Encoder(part) | Role::Decoder { part, .. } => {
+            Role::Plain(part) | Role::Encoder { part, .. } | Role::Decoder { part, .. } => {
                 self.part(seed, task, job, &node.name, part)
             }
             Role::Coarse(stage) => {

@@ -12,7 +12,7 @@ use red_workload::build::{self, BuildError, Change, Numbered, Plan};
 use red_workload::metrics::TaskLog;
 use red_workload::model::{Arrival, Part, SyncGrid, Task, Work, Workload};
 use red_workload::policy::Policy;
-use std::collections::{BTreeMap, HashMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, HashMap, VecDeque};
 use std::fmt;
 
 /// What to simulate.
@@ -63,15 +63,24 @@ pub fn simulate(workload: &Workload, options: &Options) -> Result<Report, SimErr
 
 /// Simulates a workload whose releases and execution times are those of a run, and whose bodies fail where they did
 /// in it; it had no `[sync]` grid, so this has none. `options` may ask for what was otherwise
-/// in it. Its seed and execution-time model have no meaning here.
+/// in it. Its seed and execution-time model have no meaning here. With the report come the nodes, as `task.node`, that
+/// took their WCET because the run never executed them.
 ///
 /// # Errors
 /// [`SimError`], where `workload` was changed to what the executive has no room for.
-pub fn simulate_past(workload: &Workload, past: &Past, options: &Options) -> Result<Report, SimError> {
+pub fn simulate_past(
+    workload: &Workload,
+    past: &Past,
+    options: &Options,
+) -> Result<(Report, Vec<String>), SimError> {
     let config = options.policy.config();
     let mut host = Host::new(workload, workload, config, options, Some(past)).map_err(SimError::Build)?;
     host.run();
-    Ok(host.report())
+    let row = |(task, node): &(usize, usize)| {
+        format!("{}.{}", workload.tasks[*task].name, host.nodes[*task][*node].name)
+    };
+    let unknown = host.unknown.iter().map(row).collect();
+    Ok((host.report(), unknown))
 }
 
 /// A unit that runs.
@@ -97,6 +106,8 @@ pub(crate) struct Host<'a> {
     /// Next release of each task.
     pub(crate) next_release: Vec<Option<u64>>,
     past: Option<&'a Past>,
+    /// Nodes, by task and number, of which it knows no time.
+    unknown: BTreeSet<(usize, usize)>,
     /// By (finish, lane): pools' lanes are numbered in file order.
     pub(crate) running: BTreeMap<(u64, usize), Running>,
     /// What is left of preempted sub-jobs.
@@ -144,6 +155,7 @@ impl<'a> Host<'a> {
             waiting: VecDeque::new(),
             next_release: workload.tasks.iter().enumerate().map(first_release).collect(),
             past,
+            unknown: BTreeSet::new(),
             running: BTreeMap::new(),
             suspended: HashMap::new(),
             // A run has no grid.
@@ -300,10 +312,14 @@ impl<'a> Host<'a> {
         let due = members.map(|m| (m.job, m.node, m.sub_deadline)).collect();
         let cost = self.suspended.remove(&(unit.first.job, unit.first.node)).unwrap_or_else(|| {
             let draw = |m: Member| {
-                let task = m.task.index();
-                let node = &self.nodes[task][m.node.index()];
-                let drawn = || self.options.execution.draw(self.options.seed, task, m.index, node);
-                self.past.map_or_else(drawn, |past| past.time(task, m.index, node))
+                let (task, number) = (m.task.index(), m.node.index());
+                let node = &self.nodes[task][number];
+                let drawn = || (self.options.execution.draw(self.options.seed, task, m.index, node), true);
+                let (time, is_known) = self.past.map_or_else(drawn, |past| past.time(task, m.index, node));
+                if !is_known {
+                    self.unknown.insert((task, number));
+                }
+                time
             };
             self.scheduler.members(started.unit).map(draw).max().unwrap_or(0)
         });

@@ -7,11 +7,14 @@ use std::collections::HashMap;
 
 /// Releases, execution times and faults of a run.
 ///
-/// A node that the run did not execute in a job takes its mean over all jobs, and its WCET where it never ran. A stage
-/// that ran as one node gives each part the share that it has of the WCET.
+/// A node that the run did not execute in a job takes its mean over all jobs. An encoder that never ran, because there
+/// always was a result, takes the mean of all that have its weights and frame. What is left takes its WCET, and is told.
+/// A stage that ran as one node gives each part the share that it has of the WCET.
 #[derive(Clone, Debug, Default)]
 pub struct Past {
     tasks: Vec<PastTask>,
+    /// By the names of their weights and frames.
+    encoders: HashMap<(String, String), Mean>,
     /// Releases and ends of nodes in it, at most [`Past::LARGEST`].
     kept: usize,
     is_cut: bool,
@@ -24,10 +27,27 @@ struct PastTask {
     nodes: HashMap<String, Times>,
 }
 
+#[derive(Clone, Copy, Debug, Default)]
+struct Mean {
+    sum: u64,
+    count: u64,
+}
+
+impl Mean {
+    const fn add(&mut self, took_ns: u64) {
+        self.sum = self.sum.saturating_add(took_ns);
+        self.count += 1;
+    }
+
+    const fn get(self) -> Option<u64> {
+        self.sum.checked_div(self.count)
+    }
+}
+
 #[derive(Clone, Debug, Default)]
 struct Times {
     of_job: HashMap<u64, u64>,
-    sum: u64,
+    mean: Mean,
     /// How long it took until a body failed, or was given up. That says nothing about other jobs.
     failed: HashMap<u64, u64>,
 }
@@ -39,7 +59,7 @@ impl Past {
     /// Nothing yet, for so many tasks.
     #[must_use]
     pub fn new(tasks: usize) -> Self {
-        Self { tasks: vec![PastTask::default(); tasks], kept: 0, is_cut: false }
+        Self { tasks: vec![PastTask::default(); tasks], ..Self::default() }
     }
 
     /// Whether there was more than is kept.
@@ -68,6 +88,7 @@ impl Past {
     /// A node of a job executed for so long.
     pub fn executed(&mut self, task: usize, job: u64, node: &Numbered, took_ns: u64) {
         let Some(task) = self.keeps(task) else { return };
+        let mut of_encoder = None;
         match &node.role {
             Role::Coarse(stage) => {
                 let parts: Vec<_> = parts(&node.name, stage).collect();
@@ -80,10 +101,18 @@ impl Past {
                         (u128::from(took_ns) * wcet).checked_div(whole).unwrap_or(u128::from(took_ns));
                     let until = u64::try_from(until).unwrap_or(took_ns);
                     task.executed(name, job, until - given);
+                    of_encoder.get_or_insert((&stage.weights, &stage.frame, until));
                     given = until;
                 }
             }
-            _ => task.executed(node.name.clone(), job, took_ns),
+            Role::Encoder { weights, frame, .. } => {
+                task.executed(node.name.clone(), job, took_ns);
+                of_encoder = Some((weights, frame, took_ns));
+            }
+            Role::Plain(_) | Role::Decoder { .. } => task.executed(node.name.clone(), job, took_ns),
+        }
+        if let Some((weights, frame, took_ns)) = of_encoder {
+            self.encoders.entry((weights.clone(), frame.clone())).or_default().add(took_ns);
         }
     }
 
@@ -111,17 +140,26 @@ impl Past {
         self.tasks.get(task)?.releases.get(job).copied()
     }
 
-    /// How long a node of a job takes.
-    pub(crate) fn time(&self, task: usize, job: u64, node: &Numbered) -> u64 {
-        let Some(task) = self.tasks.get(task) else { return 0 };
+    /// How long a node of a job takes, and whether that is known and not its WCET.
+    pub(crate) fn time(&self, task: usize, job: u64, node: &Numbered) -> (u64, bool) {
+        let Some(task) = self.tasks.get(task) else { return (0, false) };
+        let of_encoder = |name: &str, weights: &String, frame: &String| {
+            let mean = || self.encoders.get(&(weights.clone(), frame.clone())).and_then(|mean| mean.get());
+            task.time(name, job).or_else(mean)
+        };
+        let or_wcet = |time: Option<u64>, part: &Part| (time.unwrap_or(part.wcet_ns), time.is_some());
         match &node.role {
-            Role::Plain(part) | Role::Encoder(part) | Role::Decoder { part, .. } => {
-                task.time(&node.name, job, part)
-            }
+            Role::Plain(part) | Role::Decoder { part, .. } => or_wcet(task.time(&node.name, job), part),
+            Role::Encoder { part, weights, frame } => or_wcet(of_encoder(&node.name, weights, frame), part),
             Role::Coarse(stage) => {
-                let mut whole: u64 = 0;
-                for (name, part) in parts(&node.name, stage) {
-                    whole = whole.saturating_add(task.time(&name, job, part));
+                let mut whole = (0_u64, true);
+                for (i, (name, part)) in parts(&node.name, stage).enumerate() {
+                    let time = match i {
+                        0 => of_encoder(&name, &stage.weights, &stage.frame),
+                        _ => task.time(&name, job),
+                    };
+                    let (time, is_known) = or_wcet(time, part);
+                    whole = (whole.0.saturating_add(time), whole.1 && is_known);
                     if task.failed(&name, job) {
                         break;
                     }
@@ -136,7 +174,7 @@ impl PastTask {
     fn executed(&mut self, node: String, job: u64, took_ns: u64) {
         let times = self.nodes.entry(node).or_default();
         if times.of_job.insert(job, took_ns).is_none() {
-            times.sum = times.sum.saturating_add(took_ns);
+            times.mean.add(took_ns);
         }
     }
 
@@ -144,15 +182,14 @@ impl PastTask {
         self.nodes.get(node).is_some_and(|times| times.failed.contains_key(&job))
     }
 
-    fn time(&self, node: &str, job: u64, part: &Part) -> u64 {
-        let Some(times) = self.nodes.get(node) else { return part.wcet_ns };
-        let mean = || times.sum.checked_div(times.of_job.len() as u64);
+    fn time(&self, node: &str, job: u64) -> Option<u64> {
+        let times = self.nodes.get(node)?;
         let of_job = times.of_job.get(&job).or_else(|| times.failed.get(&job));
-        of_job.copied().or_else(mean).unwrap_or(part.wcet_ns)
+        of_job.copied().or_else(|| times.mean.get())
     }
 }
 
-/// The parts of a stage by the names that they have where it is refined.
+/// The parts of a stage by the names that they have where it is refined, its encoder first.
 fn parts<'a>(name: &'a str, stage: &'a Stage) -> impl Iterator<Item = (String, &'a Part)> {
     let decoders = stage.decoders.iter().map(move |(decoder, part)| (format!("{name}.{decoder}"), part));
     [(format!("{name}.encoder"), &stage.encoder)].into_iter().chain(decoders)

@@ -95,7 +95,7 @@ impl Host<'_> {
 /// Pool of a node by the file, for rows without a lane.
 fn pool_of_node(node: &Numbered) -> usize {
     match &node.role {
-        Role::Plain(part) | Role::Encoder(part) | Role::Decoder { part, .. } => part.pool,
+        Role::Plain(part) | Role::Encoder { part, .. } | Role::Decoder { part, .. } => part.pool,
         Role::Coarse(stage) => stage.encoder.pool,
     }
 }

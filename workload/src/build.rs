@@ -19,7 +19,14 @@ pub enum Role {
     /// One part: an ordinary node.
     Plain(Part),
     /// The encoder of a refined stage.
-    Encoder(Part),
+    Encoder {
+        /// What it does.
+        part: Part,
+        /// Name of its weights. With the frame's it says which encoders have one result.
+        weights: String,
+        /// Name of the frame that it reads.
+        frame: String,
+    },
     /// A decoder of a refined stage; `encoder` is the number of its encoder.
     Decoder {
         /// What it does.
@@ -274,7 +281,8 @@ impl Builder {
                 name(node.name.clone(), vec![first], all.clone().collect());
                 let encoder = format!("{}.encoder", node.name);
                 name(encoder.clone(), vec![first], vec![first]);
-                numbered.push(Numbered { name: encoder, role: Role::Encoder(stage.encoder.clone()) });
+                let Stage { weights, frame, encoder: part, .. } = stage.clone();
+                numbered.push(Numbered { name: encoder, role: Role::Encoder { part, weights, frame } });
                 for ((decoder, part), at) in stage.decoders.iter().zip(all) {
                     let decoder = format!("{}.{decoder}", node.name);
                     name(decoder.clone(), vec![at], vec![at]);

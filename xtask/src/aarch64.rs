@@ -22,7 +22,7 @@ const APART: &[(&str, &str)] = &[
 pub(crate) fn step(workspace: &Workspace, depth: Depth) -> Result<Tally, Failure> {
     let test = || cross::aarch64(workspace, &["test", "--no-fail-fast"]);
     if depth == Depth::Deep {
-        APART.iter().for_each(|(package, why)| println!("not run: the tests of {package}: it {why}"));
+        APART.iter().for_each(|(package, why)| say!("not run: the tests of {package}: it {why}"));
         let apart: Vec<&str> = APART.iter().flat_map(|(package, _)| ["--exclude", package]).collect();
         return test()?.args(&["--workspace"]).args(&apart).stream();
     }

@@ -39,9 +39,9 @@ pub(crate) fn step(workspace: &Workspace, _: Depth) -> Result<Tally, Failure> {
     if frames < LOGGED {
         return Err(Failure::Wrong(format!("{frames} frames of defmt came out, expected {LOGGED} or more")));
     }
-    println!("{frames} frames of defmt");
+    say!("{frames} frames of defmt");
 
-    println!("with a planted mistake, to be found:");
+    say!("with a planted mistake, to be found:");
     match board()?.args(&["-append", PLANTED]).capture() {
         Err(Failure::Status { status, .. }) if status.code() == Some(1) => {}
         Err(failure) => return Err(failure),

@@ -68,7 +68,7 @@ pub(crate) fn run(workspace: &Workspace) -> Result<Tally, Failure> {
     let mut tally = Tally::default();
     for row in &rows {
         let (line, passes) = told(row, &verdicts);
-        println!("{line}");
+        say!("{line}");
         match passes {
             Some(true) => tally.passed += 1,
             Some(false) => tally.failed += 1,
@@ -78,7 +78,7 @@ pub(crate) fn run(workspace: &Workspace) -> Result<Tally, Failure> {
     if tally.failed == 0 {
         return Ok(tally);
     }
-    println!("\n{}", log.failures.join("\n"));
+    say!("\n{}", log.failures.join("\n"));
     Err(Failure::Wrong(format!("{} rows of {TABLE} do not pass", tally.failed)))
 }
 

@@ -38,8 +38,20 @@ const TARGETS: &[Target] = &[
         options: &[],
         planted: "a message of ",
     },
-    Target { name: "core_calls", longest: 512, seeds: &[], options: &[], planted: "panicked at" },
-    Target { name: "core_runs", longest: 6, seeds: &[], options: DRAWN, planted: "panicked at" },
+    Target {
+        name: "core_calls",
+        longest: 512,
+        seeds: &[],
+        options: &[],
+        planted: "panicked at tests/src/calls",
+    },
+    Target {
+        name: "core_runs",
+        longest: 6,
+        seeds: &[],
+        options: DRAWN,
+        planted: "panicked at fuzz_targets/core_runs.rs",
+    },
     Target { name: "replay_log", longest: 1_024, seeds: &[], options: &[], planted: "a planted bug" },
 ];
 
@@ -70,6 +82,8 @@ impl Wish<'_> {
                 let number = number.filter(|number| *number >= FEWEST);
                 wish.executions =
                     number.ok_or_else(|| format!("--executions takes a number of at least {FEWEST}"))?;
+            } else if wish.target.is_some() {
+                return Err(format!("one target or all, not {word:?} too"));
             } else {
                 let known = TARGETS.iter().find(|target| target.name == *word);
                 let names = || TARGETS.iter().map(|target| target.name).collect::<Vec<_>>().join(", ");
@@ -138,7 +152,7 @@ impl<'a> Fuzzer<'a> {
         }
         let last = text.lines().rfind(|line| line.starts_with('#') && line.contains(" cov: ")).unwrap_or("");
         let after = |word: &str| last.split_whitespace().skip_while(|w| *w != word).nth(1).unwrap_or("?");
-        println!(
+        say!(
             "{}: {} executions, {} a second, {} edges, {} features, {} inputs kept",
             target.name,
             executions,
@@ -179,7 +193,7 @@ fn signs_of_life() -> impl FnMut(&str) {
     let mut told = Instant::now();
     move |line| {
         if line.starts_with('#') && told.elapsed() >= PROGRESS {
-            println!("{line}");
+            say!("{line}");
             told = Instant::now();
         }
     }

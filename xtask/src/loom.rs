@@ -16,6 +16,32 @@ const LINE: &str = "model ";
 /// All models together explore at least so much.
 const EXECUTIONS: u64 = 100_000;
 
+/// What is asked of `cargo xtask loom`.
+#[derive(Debug, PartialEq, Eq)]
+pub(crate) struct Wish<'a> {
+    pub(crate) mutants: bool,
+    /// Three preemptions instead of two.
+    pub(crate) deep: bool,
+    /// Of models or, for mutants, of files; all where there is none.
+    pub(crate) names: Vec<&'a str>,
+}
+
+impl<'a> Wish<'a> {
+    /// # Errors
+    /// What is not known, or does not go together.
+    pub(crate) fn of(words: &[&'a str]) -> Result<Self, String> {
+        let (flags, names): (Vec<&str>, Vec<&str>) = words.iter().partition(|word| word.starts_with('-'));
+        if let Some(unknown) = flags.iter().find(|flag| !["--deep", "--mutants"].contains(*flag)) {
+            return Err(format!("loom knows --deep and --mutants, not {unknown}"));
+        }
+        let (mutants, deep) = (flags.contains(&"--mutants"), flags.contains(&"--deep"));
+        if mutants && deep {
+            return Err("loom: --mutants is never deep; leave --deep out".to_owned());
+        }
+        Ok(Self { mutants, deep, names })
+    }
+}
+
 /// What is run.
 pub(crate) struct Models<'a> {
     pub(crate) workspace: &'a Workspace,
@@ -131,16 +157,18 @@ pub(crate) fn step(workspace: &Workspace, depth: Depth) -> Result<Tally, Failure
 /// `cargo xtask loom [--deep] [MODEL]...`
 pub(crate) fn run(workspace: &Workspace, deep: bool, names: &[&str]) -> Result<ExitCode, Failure> {
     let models = Models { workspace, root: &workspace.root, deep, seconds: None };
-    let chosen: Vec<Model> = models
-        .build(&[])?
-        .into_iter()
-        .filter(|model| {
-            names.is_empty() || names.iter().any(|n| model.family == *n || model.name.contains(n))
-        })
-        .collect();
-    if chosen.is_empty() {
-        return Err(Failure::Wrong(format!("no model of that name: {}", names.join(" "))));
+    let all = models.build(&[])?;
+    let is_meant = |model: &Model, name: &str| model.family == name || model.name.contains(name);
+    if let Some(unknown) = names.iter().find(|name| !all.iter().any(|model| is_meant(model, name))) {
+        let mut known: Vec<&str> = all.iter().map(|model| &*model.family).collect();
+        known.dedup();
+        let known = known.join(", ");
+        return Err(Failure::Wrong(format!(
+            "no model {unknown:?}; there are those of {known}, and each by a part of its name"
+        )));
     }
+    let is_chosen = |model: &Model| names.is_empty() || names.iter().any(|name| is_meant(model, name));
+    let chosen: Vec<Model> = all.into_iter().filter(is_chosen).collect();
     let rows = models.run(&chosen);
     tell(&rows);
     let is_good = rows.iter().all(|row| row.verdict.is_good());
@@ -194,7 +222,7 @@ impl Models<'_> {
         let work = || {
             while let Some((number, model)) = next.lock().ok().and_then(|mut next| next.next()) {
                 let row = self.run_one(model);
-                println!("{}", row.line());
+                say!("{}", row.line());
                 if let Ok(mut rows) = rows.lock() {
                     rows.push((number, row));
                 }
@@ -219,18 +247,15 @@ impl Models<'_> {
 
 /// Prints the table. Executions in all.
 fn tell(rows: &[Row]) -> u64 {
-    println!(
-        "\n{:<66} {:>7} {:>5} {:>10} {:>7}  verdict",
-        "model", "threads", "bound", "executions", "seconds"
-    );
-    rows.iter().for_each(|row| println!("{}", row.line()));
+    say!("\n{:<66} {:>7} {:>5} {:>10} {:>7}  verdict", "model", "threads", "bound", "executions", "seconds");
+    rows.iter().for_each(|row| say!("{}", row.line()));
     for row in rows.iter().filter(|row| row.verdict == Verdict::Failed) {
         let why: Vec<&str> = row.output.lines().filter(|line| !line.starts_with("   ")).collect();
-        println!("\n{}\n{}", row.name(), why.join("\n"));
+        say!("\n{}\n{}", row.name(), why.join("\n"));
     }
     let executions = rows.iter().filter(|row| row.verdict == Verdict::Explored).map(Row::executions).sum();
     let count = |verdict| rows.iter().filter(|row| row.verdict == verdict).count();
-    println!(
+    say!(
         "\n{} explored, {} planted faults caught, {} not explored, {} failed; {executions} executions",
         count(Verdict::Explored),
         count(Verdict::Caught),

@@ -55,9 +55,17 @@ pub(crate) fn run(workspace: &Workspace, files: &[&str]) -> Result<ExitCode, Fai
             not_modelled.push((file, found.len()));
         }
     }
+    if let Some(unknown) = files.iter().find(|name| !mutants.iter().any(|m| m.file.contains(*name))) {
+        let mut known: Vec<&str> = mutants.iter().map(|mutant| &*mutant.file).collect();
+        known.dedup();
+        return Err(Failure::Wrong(format!(
+            "no modelled file {unknown:?} with an ordering to weaken; there are {}",
+            known.join(", ")
+        )));
+    }
     mutants.retain(|mutant| files.is_empty() || files.iter().any(|file| mutant.file.contains(file)));
     if mutants.is_empty() {
-        return Err(Failure::Wrong(format!("no modelled file of that name: {}", files.join(" "))));
+        return Err(Failure::Wrong("there is no ordering to weaken in the modelled files".to_owned()));
     }
     let tree = copy::of(workspace, "loom-mutants")?;
     let models = Models { workspace, root: &tree, deep: false, seconds: Some(PATIENCE) };
@@ -67,7 +75,7 @@ pub(crate) fn run(workspace: &Workspace, files: &[&str]) -> Result<ExitCode, Fai
     let mut wanted: Vec<String> = mutants.iter().flat_map(belong).collect();
     wanted.sort();
     wanted.dedup();
-    println!("{} weakenings; first the models where nothing is weakened", mutants.len());
+    say!("{} weakenings; first the models where nothing is weakened", mutants.len());
     let costs = costs(&models.run(&without_planted(models.build(&wanted)?)))?;
     let (mut caught, mut beyond) = (0, 0);
     for (number, mutant) in mutants.iter().enumerate() {
@@ -89,13 +97,13 @@ pub(crate) fn run(workspace: &Workspace, files: &[&str]) -> Result<ExitCode, Fai
             None => "NOT CAUGHT".into(),
         };
         let Mutant { file, line, strong, weak, .. } = mutant;
-        println!("{:>3}/{} {file}:{line} {strong} -> {weak}: {words}", number + 1, mutants.len());
+        say!("{:>3}/{} {file}:{line} {strong} -> {weak}: {words}", number + 1, mutants.len());
     }
     let orderings: usize = not_modelled.iter().map(|(_, count)| count).sum();
-    println!("\n{orderings} weakenings are of orderings that are not modelled");
-    not_modelled.iter().for_each(|(file, count)| println!("  {file}: {count}"));
+    say!("\n{orderings} weakenings are of orderings that are not modelled");
+    not_modelled.iter().for_each(|(file, count)| say!("  {file}: {count}"));
     let wanted = mutants.len() - beyond;
-    println!("\n{caught} of {wanted} caught; {beyond} beyond what the checker tries");
+    say!("\n{caught} of {wanted} caught; {beyond} beyond what the checker tries");
     Ok(if caught == wanted { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 

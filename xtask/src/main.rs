@@ -1,5 +1,21 @@
 //! The tasks of this workspace: `cargo xtask --help`.
 
+/// Prints a line. A reader who has seen enough, `| head`, ends no task.
+macro_rules! say {
+    ($($words:tt)*) => {{
+        use std::io::Write as _;
+        let _or_closed = writeln!(std::io::stdout(), $($words)*);
+    }};
+}
+
+/// [`say`] where errors go.
+macro_rules! complain {
+    ($($words:tt)*) => {{
+        use std::io::Write as _;
+        let _or_closed = writeln!(std::io::stderr(), $($words)*);
+    }};
+}
+
 mod aarch64;
 mod copy;
 mod cortex_m;
@@ -65,18 +81,12 @@ fn main() -> ExitCode {
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
     let workspace = Workspace::here();
     match words[..] {
-        ["--help" | "-h" | "help"] => {
-            println!("{HELP}");
-            ExitCode::SUCCESS
-        }
-        ["test", ref names @ ..] if asks_for_help(names) => {
-            println!("{}", steps::help());
-            ExitCode::SUCCESS
-        }
-        ["bench", ref rest @ ..] if asks_for_help(rest) => {
-            print!("{BENCH_HELP}");
-            ExitCode::SUCCESS
-        }
+        ["help"] => tell(HELP),
+        ["test", ref names @ ..] if asks_for_help(names) => tell(&steps::help()),
+        ["bench", ref rest @ ..] if asks_for_help(rest) => tell(BENCH_HELP.trim_end()),
+        // It has a help of its own.
+        ["soak", ref rest @ ..] => finish::<()>(Err(steps::soak(&workspace, rest).replace())),
+        ref words if asks_for_help(words) => tell(HELP),
         ["test", ref words @ ..] => {
             let (depth, names) = Depth::of(words);
             match steps::choose(&names) {
@@ -106,11 +116,12 @@ fn main() -> ExitCode {
                 result => finish(result),
             }
         }
-        ["soak", ref rest @ ..] => finish::<()>(Err(steps::soak(&workspace, rest).replace())),
         ["faults"] => finish(faults::run(&workspace)),
-        ["loom", "--mutants", ref files @ ..] => status(loom_mutants::run(&workspace, files)),
-        ["loom", "--deep", ref names @ ..] => status(loom::run(&workspace, true, names)),
-        ["loom", ref names @ ..] => status(loom::run(&workspace, false, names)),
+        ["loom", ref words @ ..] => match loom::Wish::of(words) {
+            Ok(wish) if wish.mutants => status(loom_mutants::run(&workspace, &wish.names)),
+            Ok(wish) => status(loom::run(&workspace, wish.deep, &wish.names)),
+            Err(reason) => refuse(&reason),
+        },
         ["models", ref rest @ ..] if matches!(rest, [] | ["--check"]) => {
             finish(tools::python(&workspace).and_then(|python| python.generate(rest)))
         }
@@ -123,8 +134,13 @@ fn asks_for_help(words: &[&str]) -> bool {
     words.iter().any(|word| matches!(*word, "--help" | "-h"))
 }
 
+fn tell(text: &str) -> ExitCode {
+    say!("{text}");
+    ExitCode::SUCCESS
+}
+
 fn refuse(reason: &str) -> ExitCode {
-    eprintln!("xtask: {reason}\n\n{HELP}");
+    complain!("xtask: {reason}\n\n{HELP}");
     ExitCode::from(2)
 }
 
@@ -136,7 +152,7 @@ fn finish<T>(result: Result<T, Failure>) -> ExitCode {
     match result {
         Ok(_) => ExitCode::SUCCESS,
         Err(failure) => {
-            eprintln!("xtask: {failure}");
+            complain!("xtask: {failure}");
             ExitCode::FAILURE
         }
     }

@@ -30,6 +30,6 @@ pub(crate) fn step(workspace: &Workspace, depth: Depth) -> Result<Tally, Failure
     let flags = format!("{STRICT} -Zmiri-many-seeds=0..{seeds}");
     let tests = ["test", "--package", "red-core", "--package", "red-sync", "--lib"];
     let tally = miri(&tests, &flags).stream()?;
-    println!("{seeds} seeds");
+    say!("{seeds} seeds");
     Ok(Tally { passed: tally.passed + 3, ..tally })
 }

@@ -97,16 +97,16 @@ pub(crate) fn run(workspace: &Workspace, wish: &Wish) -> Result<Tally, Failure> 
         let shard = (wish.seed as usize + part * of / parts.min(of)) % of;
         let Found { noticed, unviable, missed, .. } = bench.judge(shard, of)?;
         let left = missed.len();
-        println!("part {} of {parts}: {noticed} noticed, {left} not, {unviable} do not compile", part + 1);
+        say!("part {} of {parts}: {noticed} noticed, {left} not, {unviable} do not compile", part + 1);
         all.noticed += noticed;
         all.unviable += unviable;
         all.missed.extend(missed);
     }
     let missed = all.missed.len();
     let bound = 100.0 * lower_bound(all.noticed, all.noticed + missed);
-    println!("\nnot noticed:\n{}\n", all.missed.join("\n"));
-    println!("{} noticed, {missed} not, {} do not compile", all.noticed, all.unviable);
-    println!("at least {bound:.1} % are noticed, at 95 % confidence; needed are {NEEDED} %");
+    say!("\nnot noticed:\n{}\n", all.missed.join("\n"));
+    say!("{} noticed, {missed} not, {} do not compile", all.noticed, all.unviable);
+    say!("at least {bound:.1} % are noticed, at 95 % confidence; needed are {NEEDED} %");
     if bound >= NEEDED {
         Ok(Tally::default())
     } else {

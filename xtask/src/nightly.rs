@@ -35,7 +35,7 @@ impl Said {
         let line = self.text.lines().find(|line| line.contains(words));
         match line {
             Some(line) if !self.status.success() => {
-                println!("{what}: found, as it should be: {}", line.trim());
+                say!("{what}: found, as it should be: {}", line.trim());
                 Ok(())
             }
             _ => Err(Failure::Wrong(format!(
@@ -82,7 +82,7 @@ impl<'a> Nightly<'a> {
             rustup(&["component", "add", component, "--toolchain", NIGHTLY])?;
         }
         // It moves: what was found was found with this one.
-        println!("{}", workspace.command("rustup").args(&["run", NIGHTLY, "rustc", "--version"]).capture()?);
+        say!("{}", workspace.command("rustup").args(&["run", NIGHTLY, "rustc", "--version"]).capture()?);
         Ok(Self { workspace })
     }
 

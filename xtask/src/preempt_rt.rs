@@ -70,7 +70,7 @@ pub(crate) fn step(workspace: &Workspace, _: Depth) -> Result<Tally, Failure> {
         files.args(&["-append", &format!("{COMMAND_LINE} {more}")]).capture()
     };
     let console = boot("")?;
-    console.lines().filter(|line| line.starts_with("RT ")).for_each(|line| println!("{line}"));
+    console.lines().filter(|line| line.starts_with("RT ")).for_each(|line| say!("{line}"));
     let wrong = missing(&console);
     if !wrong.is_empty() {
         return Err(Failure::Wrong(format!(
@@ -79,7 +79,7 @@ pub(crate) fn step(workspace: &Workspace, _: Depth) -> Result<Tally, Failure> {
         )));
     }
     let planted = missing(&boot(PLANTED)?);
-    println!("without rights, to be found: {}", planted.join("; "));
+    say!("without rights, to be found: {}", planted.join("; "));
     if let Some(cpu) = LANES.into_iter().find(|cpu| !planted.contains(&no_lane(*cpu))) {
         return Err(Failure::Wrong(format!("without rights it still looks as if {}", no_lane(cpu))));
     }

@@ -79,11 +79,11 @@ impl Run {
     /// It cannot be started, or it fails; then it is printed what it wrote.
     pub(crate) fn text(self) -> Result<String, Failure> {
         let command = self.line();
-        println!("$ {command}");
+        say!("$ {command}");
         match self.all_text()? {
             (text, true) => Ok(text),
             (text, false) => {
-                eprintln!("{text}");
+                complain!("{text}");
                 Err(Failure::Wrong(format!("`{command}` failed")))
             }
         }
@@ -97,7 +97,7 @@ impl Run {
         let command = self.line();
         let mut tally = Tally::default();
         let status = self.observe(|line| {
-            println!("{line}");
+            say!("{line}");
             tally.read(line);
         })?;
         if status.success() { Ok(tally) } else { Err(Failure::Status { command, status, tally }) }
@@ -106,7 +106,7 @@ impl Run {
     /// Becomes it: signals reach it alone, and its exit status is ours. Comes back if it cannot be started.
     pub(crate) fn replace(mut self) -> Failure {
         let command = self.line();
-        println!("$ {command}");
+        say!("$ {command}");
         Failure::Start { command, reason: self.0.exec() }
     }
 
@@ -116,7 +116,7 @@ impl Run {
     /// It cannot be started.
     pub(crate) fn observe(mut self, mut read: impl FnMut(&str)) -> Result<ExitStatus, Failure> {
         let command = self.line();
-        println!("$ {command}");
+        say!("$ {command}");
         let start = |reason| Failure::Start { command: command.clone(), reason };
         let mut child = self.0.stdout(Stdio::piped()).spawn().map_err(start)?;
         if let Some(output) = child.stdout.take() {

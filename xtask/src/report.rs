@@ -64,22 +64,22 @@ impl Add for Tally {
 pub(crate) fn run(workspace: &Workspace, steps: &[Step], depth: Depth) -> ExitCode {
     let mut rows = Vec::new();
     for step in steps {
-        println!("\n== {}: {}", step.name, step.what);
+        say!("\n== {}: {}", step.name, step.what);
         let begin = Instant::now();
         let outcome = (step.run)(workspace, depth);
         let (tally, time) = (Tally::of(&outcome), begin.elapsed());
         let row = row(step.name, tally, time);
         if let Err(failure) = outcome {
-            eprintln!("{}: {failure}", step.name);
+            complain!("{}: {failure}", step.name);
         }
-        println!("-- {row}");
+        say!("-- {row}");
         rows.push((row, tally));
     }
     let sum = |count: fn(&Tally) -> u32| rows.iter().map(|(_, tally)| count(tally)).sum::<u32>();
     let (passed, failed) = (sum(|tally| tally.passed), sum(|tally| tally.failed));
-    println!("\n{:<10} {:<6} {:>6} {:>6} {:>8}", "step", "", "passed", "failed", "time");
-    rows.iter().for_each(|(row, _)| println!("{row}"));
-    println!("\n{passed} passed, {failed} failed");
+    say!("\n{:<10} {:<6} {:>6} {:>6} {:>8}", "step", "", "passed", "failed", "time");
+    rows.iter().for_each(|(row, _)| say!("{row}"));
+    say!("\n{passed} passed, {failed} failed");
     // A closed pipe must not turn the answer.
     let _ = std::io::stdout().flush();
     if failed == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE }

@@ -37,7 +37,7 @@ fn threads(nightly: &Nightly<'_>, depth: Depth) -> Result<Tally, Failure> {
         Depth::Quick => "20",
         Depth::Deep => "400",
     };
-    println!(
+    say!(
         "lanes run best effort, {rounds} rounds, every other recorded; not in real time, which wants settings of \
          glibc's allocator, and ThreadSanitizer has its own"
     );

@@ -56,13 +56,13 @@ pub(crate) fn check(workspace: &Workspace, _: Depth) -> Result<Tally, Failure> {
             return Err(wrong(format!("{count} ways to what nothing may reach:\n  {list}")));
         }
         let (entries, functions) = (found.entries.len(), found.reached);
-        println!("{target}: {entries} entries reach {functions} functions, no panic and no allocation");
+        say!("{target}: {entries} entries reach {functions} functions, no panic and no allocation");
         for (entry, part) in PLANTED {
             let found = look(&|name| name == *entry)?;
             let seen = found.paths.iter().find(|path| path.contains(part));
             let seen =
                 seen.ok_or_else(|| wrong(format!("{entry} is not seen, so this check sees nothing")))?;
-            println!("{target}: seen, as it should: {seen}");
+            say!("{target}: seen, as it should: {seen}");
         }
     }
     Ok(Tally { passed: 2 * (1 + PLANTED.len()) as u32, ..Tally::default() })

@@ -61,17 +61,17 @@ pub(crate) fn compare(workspace: &Workspace, count: u32) -> Result<Tally, Failur
     let [here, others @ ..] = TARGETS;
     let here = here.build(workspace)?;
     let (ours, few) = (here.run(&count.to_string())?, here.run("10")?);
-    println!("{:<28} {count} workloads, {} lines, {} bytes", ARCH, ours.lines().count(), ours.len());
+    say!("{:<28} {count} workloads, {} lines, {} bytes", ARCH, ours.lines().count(), ours.len());
     for target in others {
         let built = target.build(workspace)?;
         let name = target.name();
         if let Some(difference) = first_difference(&ours, &built.run(&count.to_string())?) {
             return Err(Failure::Wrong(format!("{name} does something else:\n{difference}")));
         }
-        println!("{name:<28} the same");
+        say!("{name:<28} the same");
         let planted = first_difference(&few, &built.run(PLANTED)?)
             .ok_or_else(|| Failure::Wrong(format!("{name}: the planted difference is not found")))?;
-        println!("{name:<28} with a tie broken the other way:\n{planted}");
+        say!("{name:<28} with a tie broken the other way:\n{planted}");
         tally.passed += 2;
     }
     Ok(tally)

@@ -69,7 +69,7 @@ impl Bench<'_> {
 
     fn alone(&self, task: usize, number: usize, node: &Numbered) -> Result<Node, Trouble> {
         let (part, encoder) = match &node.role {
-            Role::Plain(part) | Role::Encoder(part) => (part, None),
+            Role::Plain(part) | Role::Encoder { part, .. } => (part, None),
             Role::Decoder { part, encoder } => (part, Some(id(*encoder))),
             Role::Coarse(stage) => (&stage.encoder, None),
         };

@@ -46,15 +46,33 @@ impl FromStr for Change {
     }
 }
 
+impl Change {
+    /// What it is of, as it is written.
+    fn key(&self) -> String {
+        let of = |key: &str, name: &Option<String>| {
+            name.as_ref().map_or_else(|| key.to_owned(), |name| format!("{key}.{name}"))
+        };
+        match self {
+            Self::Policy(_) => "policy".to_owned(),
+            Self::Deadline(name, _) => of("deadline", name),
+            Self::Lanes(name, _) => of("lanes", name),
+        }
+    }
+}
+
 /// Makes the changes, in their order.
 ///
 /// # Errors
-/// A name that the workload does not have, with those that it has.
+/// A name that the workload does not have, with those that it has; or two changes of one thing.
 pub(super) fn apply(changes: &[Change], workload: &mut Workload, policy: &mut Policy) -> Result<(), String> {
     let unknown = |what: &str, name: &str, known: Vec<&str>| {
         format!("--what-if: there is no {what} `{}`; the log has {}", shown(name), known.join(", "))
     };
-    for change in changes {
+    for (i, change) in changes.iter().enumerate() {
+        let key = change.key();
+        if changes.iter().take(i).any(|before| before.key() == key) {
+            return Err(format!("--what-if: {} is given twice; give it once", shown(&key)));
+        }
         match change {
             Change::Policy(other) => *policy = *other,
             Change::Deadline(None, ns) => workload.tasks.iter_mut().for_each(|task| task.deadline_ns = *ns),
@@ -108,7 +126,7 @@ pub(super) fn horizon_ns(
 }
 
 /// Both runs beside each other.
-pub(super) fn text(recorded: &Report, what_if: &Report) -> String {
+pub(super) fn text(recorded: &Report, what_if: &Report, at_wcet: &[String]) -> String {
     let mut table = Table::new(&["", "recorded", "what if"]);
     table.row(["policy", recorded.policy, what_if.policy].map(str::to_owned));
     let lanes = |report: &Report| report.pools.iter().map(|pool| pool.lanes).sum::<u32>().to_string();
@@ -130,9 +148,14 @@ pub(super) fn text(recorded: &Report, what_if: &Report) -> String {
     };
     row("encoder runs saved", |report| report.encoder_runs_saved);
     row("units dispatched", |report| report.units_dispatched);
+    let unknown = match at_wcet {
+        [] => String::new(),
+        nodes => format!(" Never executed, so at their WCET: {}.", nodes.join(", ")),
+    };
     format!(
         "{table}\n\nWhat if: in virtual time, with the recorded releases and execution times; a node that was not executed \
-         in a job takes its mean, and a body that failed fails again."
+         in a job takes its mean, or that of the encoders of its weights and frame, and a body that failed fails \
+         again.{unknown}"
     )
 }
 

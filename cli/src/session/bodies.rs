@@ -87,7 +87,7 @@ impl Bodies {
                 let name = &node.name;
                 of_task.push(match &node.role {
                     Role::Plain(part) => Node::Plain(loader.load(part, name)?),
-                    Role::Encoder(part) => Node::Encoder(loader.load(part, name)?),
+                    Role::Encoder { part, .. } => Node::Encoder(loader.load(part, name)?),
                     Role::Decoder { part, encoder } => {
                         let decoder = loader.load(part, name)?;
                         if let Some(Node::Encoder(encoder)) = of_task.get(*encoder) {

@@ -1,4 +1,4 @@
-use super::{Model, Row, Verdict};
+use super::{Model, Row, Verdict, Wish};
 
 fn read(name: &str, output: &str, succeeded: bool) -> Row {
     let model = Model { binary: String::new(), family: "bell".into(), name: name.into() };
@@ -31,4 +31,16 @@ fn only_a_planted_fault_that_ran_is_caught() {
     assert_eq!(read("a_model_that_explores_nothing", ok, true).verdict, Verdict::Failed);
     let ignored = "test a_fault_is_caught ... ignored\ntest result: ok. 0 passed; 0 failed; 1 ignored\n";
     assert_eq!(read("a_fault_is_caught", ignored, true).verdict, Verdict::Failed);
+}
+
+#[test]
+fn flags_may_stand_anywhere_and_are_no_names() {
+    let deep = Wish { mutants: false, deep: true, names: vec!["handler"] };
+    assert_eq!(Wish::of(&["handler", "--deep"]), Ok(deep));
+    let mutants = Wish { mutants: true, deep: false, names: vec!["bell", "slot"] };
+    assert_eq!(Wish::of(&["bell", "--mutants", "slot"]), Ok(mutants));
+    for (words, told) in [(&["--depe"][..], "--depe"), (&["--deep", "--mutants"], "never deep")] {
+        let refused = Wish::of(words).expect_err("it is no wish");
+        assert!(refused.contains(told), "{refused}");
+    }
 }
