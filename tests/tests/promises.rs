@@ -1,8 +1,9 @@
 //! What the documentation promises in passing, and larger tests would not miss.
 
 use red_core::{
-    Action, Bytes, Caps, CompleteError, Config, CostEstimate, Dag, Duration, Estimator, EventKind, Frame,
-    Instant, JobId, LaneId, Late, Node, NodeError, NodeId, Scheduler, Shed, TaskId, Timing, UnitId, Wcet,
+    Action, Bytes, Caps, CompleteError, Config, CostEstimate, Dag, DeadlineRule, Duration, Estimator,
+    EventKind, Frame, Instant, JobId, LaneId, Late, Levels, Node, NodeError, NodeId, Scheduler, Shed,
+    SubDeadlines, TaskId, Timing, UnitId, Wcet,
 };
 
 type Small = Caps<2, 4, 3, 2, 1, 1, 16>;
@@ -258,4 +259,56 @@ fn a_node_that_no_graph_of_the_task_has_is_not_known() {
     let task = task(&mut scheduler, &[1, 1], 10);
     let known = [0, 1, 2, 3, 4, 255].map(|node| scheduler.task_node(task, NodeId::new(node)).is_some());
     assert_eq!(known, [true, true, false, false, false, false]);
+}
+
+#[test]
+fn a_job_that_was_given_up_is_not_on_time_and_one_that_ends_late_is_not() {
+    let mut scheduler = Scheduler::<Small>::new(Config { shed: Shed::Never, ..Config::REDRT });
+    let task = task(&mut scheduler, &[1], 10);
+    let mut ended = |fails: bool, end_ms: u64| {
+        scheduler.release(task, at_ms(end_ms - 10)).unwrap();
+        let unit = start(&mut scheduler, at_ms(end_ms - 10)).unwrap();
+        let late = at_ms(end_ms).saturating_add(Duration::from_nanos(u64::from(end_ms == 80)));
+        if fails { scheduler.fail(unit, late) } else { scheduler.complete(unit, late) }.unwrap();
+        scheduler.take_outcome().unwrap().on_time()
+    };
+    assert_eq!(
+        [ended(false, 20), ended(true, 40), ended(false, 60), ended(false, 80)],
+        [true, false, true, false]
+    );
+}
+
+#[test]
+fn each_execution_beyond_its_wcet_is_counted() {
+    let mut scheduler = Scheduler::<Small>::new(Config::REDRT);
+    let task = task(&mut scheduler, &[1], 10);
+    for (job, took) in [1, 2, 1, 3, 4].into_iter().enumerate() {
+        let now = at_ms(20 * job as u64);
+        scheduler.release(task, now).unwrap();
+        let unit = start(&mut scheduler, now).unwrap();
+        scheduler.complete(unit, now.saturating_add(Duration::from_millis(took))).unwrap();
+        assert!(scheduler.take_outcome().is_some());
+    }
+    assert_eq!(scheduler.counters().overruns, 3);
+}
+
+#[test]
+fn where_no_events_are_kept_none_are_dropped() {
+    let mut scheduler = Scheduler::<Caps<1, 4, 3, 2>>::new(Config::REDRT);
+    let mut dag = Dag::new();
+    dag.add_node(Node::new(Wcet::from_millis(1))).unwrap();
+    let task = scheduler.add_task(&dag, Timing::new(Duration::from_millis(10))).unwrap();
+    scheduler.release(task, at_ms(0)).unwrap();
+    assert_eq!(scheduler.take_event(), None);
+    assert_eq!(scheduler.events_dropped(), 0);
+}
+
+#[test]
+fn a_node_that_no_graph_can_have_is_due_at_zero() {
+    let dag = chain(&[1, 1]);
+    let levels = Levels::of(&dag);
+    let due = SubDeadlines::assign(&levels, DeadlineRule::LatestStart, Duration::from_millis(10), &[1]);
+    let of = |node| (due.sub_deadline(NodeId::new(node)), due.key(NodeId::new(node)));
+    assert_eq!(of(1), (10_000_000, 9_000_000));
+    assert_eq!((of(4), of(255)), ((0, 0), (0, 0)));
 }
