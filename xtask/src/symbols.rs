@@ -2,8 +2,8 @@
 //! release is, and what those calls can reach in the object.
 //!
 //! What they may reach outside of themselves is a short list. An object without entries would reach nothing, so each
-//! public function of the sources has to have its entry first, but for those that are `const`, and a planted panic and
-//! a planted allocation have to be found.
+//! public function of the sources has to have its entry first, and a planted panic and a planted allocation have to be
+//! found.
 
 mod entries;
 mod reach;

@@ -91,7 +91,13 @@ macro_rules! calls {
                 fn Scheduler_counters(s: &S) -> Counters { s.counters() }
                 fn Scheduler_ready_sub_jobs(s: &S) -> usize { s.ready_sub_jobs() }
                 fn Scheduler_running_units(s: &S) -> usize { s.running_units() }
+                fn Scheduler_config(s: &S) -> &Config { s.config() }
+                fn Scheduler_lanes(s: &S) -> usize { s.lanes() }
+                fn Scheduler_jobs_in_flight(s: &S) -> usize { s.jobs_in_flight() }
+                fn Scheduler_events_dropped(s: &S) -> u64 { s.events_dropped() }
 
+                fn Dag_new() -> Dag<C> { Dag::new() }
+                fn Dag_work(dag: &Dag<C>) -> u64 { dag.work() }
                 fn Dag_add_node(dag: &mut Dag<C>, node: Node) -> Result<NodeId, NodeError> { dag.add_node(node) }
                 fn Dag_add_edge(dag: &mut Dag<C>, from: NodeId, to: NodeId) -> Result<(), EdgeError> {
                     dag.add_edge(from, to)
@@ -123,6 +129,7 @@ macro_rules! calls {
                 fn NodeSet_iter(set: &NodeSet<C>) -> Option<usize> { set.iter().last() }
 
                 fn Levels_of(dag: &Dag<C>) -> Levels<'_, C> { Levels::of(dag) }
+                fn Levels_count(levels: &Levels<'_, C>) -> usize { levels.count() }
                 fn Levels_height(levels: &Levels<'_, C>, node: NodeId) -> usize { levels.height(node) }
                 fn Levels_tail(levels: &Levels<'_, C>, node: NodeId) -> u64 { levels.tail(node) }
                 fn Levels_critical_path(levels: &Levels<'_, C>) -> u64 { levels.critical_path() }

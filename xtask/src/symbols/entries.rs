@@ -8,7 +8,8 @@ use std::path::{Path, PathBuf};
 use crate::process::Failure;
 use crate::workspace::{Workspace, entries};
 
-/// Where public calls are. Functions that are `const` are left out: they read a field, or do one operation on time.
+/// Where public calls are. Left out are those that are `const` and that a macro writes for every kind of id or time: they
+/// read a field, or do one operation on it.
 const SOURCES: &[&str] = &["core-nostd/src", "sync/src"];
 
 /// A public function: `Type_call`, or `call`.
@@ -68,8 +69,11 @@ fn public_functions(text: &str) -> Vec<Entry> {
         } else if line == "}" {
             of.clear();
         }
-        let Some(name) = line.trim_start().strip_prefix("pub fn ") else { continue };
-        let name = identifier(name);
+        let text = line.trim_start();
+        // What a macro writes stands deeper than a method.
+        let is_own = line.len() - text.len() <= 4;
+        let constant = || text.strip_prefix("pub const fn ").filter(|_| is_own);
+        let Some(name) = text.strip_prefix("pub fn ").or_else(constant).map(identifier) else { continue };
         found.push(Entry(if of.is_empty() { name } else { format!("{of}_{name}") }));
     }
     found

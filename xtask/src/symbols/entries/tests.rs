@@ -5,6 +5,8 @@ fn a_public_function_is_named_by_its_type() {
     let text = "impl<C: Capacity, L: Exclusive<Scheduler<C>>, const P: usize> Shared<C, L, P> {
     pub fn with<R>(&self) {}
     pub const fn len(&self) {}
+            pub const fn of_a_macro(&self) {}
+        pub fn of_another(&self) {}
     pub(crate) fn hidden(&self) {}
     fn own(&self) {}
 }
@@ -16,7 +18,7 @@ impl<const DEPTH: usize> Requests<'_, DEPTH> {
 pub fn free<C>() {}
 ";
     let names: Vec<_> = public_functions(text).iter().map(ToString::to_string).collect();
-    assert_eq!(names, ["Shared_with", "Requests_next", "free"]);
+    assert_eq!(names, ["Shared_with", "Shared_len", "Shared_of_another", "Requests_next", "free"]);
 }
 
 #[test]
