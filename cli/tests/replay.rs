@@ -130,7 +130,7 @@ fn logs_that_are_not_whole_are_refused() {
     refuse(&[&bytes[..6], &[1, 0], &bytes[8..]].concat(), "the version that recorded it");
     refuse(b"", "no replay log");
     refuse(FILE.as_bytes(), "no replay log");
-    refused(run(&["replay", "/nowhere/at.all"]), 2, &["cannot read it"]);
+    refused(run(&["replay", "/nowhere/at.all"]), 2, &["there is no such file", "check the path"]);
     refused(run(&["replay", "."]), 2, &["cannot read it"]);
 }
 
@@ -311,6 +311,7 @@ fn what_if_answers_in_virtual_time_with_what_was_recorded() {
         ("deadline=0s", "expected more than 0"),
         ("depth=1", "expected policy=POLICY"),
         ("policy", "expected policy=POLICY"),
+        ("lanes=2,policy=edf,lanes=3", "lanes is given twice; give it once"),
     ] {
         refused(run(&["replay", &log, "--what-if", wrong]), 2, &[why]);
     }

@@ -2,7 +2,7 @@
 //! a time-out or a signal; and what was written before a ring is seen after it.
 //!
 //! *Threads.* A waiter and a ringer; then another ringer, the clock, or signals.
-//! *Bound.* None for two; few preemptions for three.
+//! *Bound.* None for two; two preemptions for three threads, three with `--deep`.
 //! *Sources.* `rt-linux/src/bell.rs`
 #![cfg(loom)]
 

@@ -2,7 +2,7 @@
 //! new graph whole, whoever dispatches meanwhile.
 //!
 //! *Threads.* A lane and who edits; then two lanes, and who edits and asks for jobs.
-//! *Bound.* Three preemptions for two; few preemptions for three, with the checker's lock.
+//! *Bound.* Three preemptions for two; two preemptions for three threads, three with `--deep`, with the checker's lock.
 //! *Sources.* `sync/src/shared.rs`, `sync/src/mailbox.rs`
 #![cfg(loom)]
 

@@ -2,7 +2,7 @@
 //! sees what was written before it.
 //!
 //! *Threads.* A driver and a watcher, or two drivers; then all three.
-//! *Bound.* None for two; few preemptions for three.
+//! *Bound.* None for two; two preemptions for three threads, three with `--deep`.
 //! *Sources.* `sync/src/handler.rs`
 #![cfg(loom)]
 
@@ -149,7 +149,7 @@ fn of_two_steps_from_one_state_one_is_made() {
 
 #[test]
 fn every_step_is_legal_or_refused() {
-    explore(2, || {
+    explore(1, || {
         for (from, next) in NEXT {
             let handler = Arc::new(HandlerCell::new());
             let steps = WAY.windows(2).take_while(|step| handler.state() != from && step[0] != from);

@@ -2,7 +2,7 @@
 //! right to post goes from one producer to the next with all that was posted, and a second reader gets nothing.
 //!
 //! *Threads.* A producer and a reader; then two of either.
-//! *Bound.* None for two; few preemptions for three.
+//! *Bound.* None for two; two preemptions for three threads, three with `--deep`.
 //! *Sources.* `sync/src/mailbox.rs`
 #![cfg(loom)]
 

@@ -2,7 +2,7 @@
 //! where it sleeps; what a spare discarded is taken no more by the thread that came back late.
 //!
 //! *Threads.* Who hands and the lane; then the late thread, the spare, and who hands.
-//! *Bound.* None for two; few preemptions for three.
+//! *Bound.* None for two; two preemptions for three threads, three with `--deep`.
 //! *Sources.* `rt-linux/src/seat.rs`, `rt-linux/src/bell.rs`
 #![cfg(loom)]
 

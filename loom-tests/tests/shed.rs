@@ -2,7 +2,7 @@
 //! counts, or it is told that it comes late, or that somebody reported before.
 //!
 //! *Threads.* The lane that completes and who gives up; then another who gives up, or reports the same unit.
-//! *Bound.* None for two; few preemptions for three, with the checker's lock.
+//! *Bound.* None for two; two preemptions for three threads, three with `--deep`, with the checker's lock.
 //! *Sources.* `sync/src/shared.rs`
 #![cfg(loom)]
 

@@ -6,7 +6,7 @@
 //! *Threads.* The lane whose body is late, and the watchdog that becomes control thread and spare; then a control
 //! thread of its own that becomes the spare, and then another lane that has a turn; then a control thread that finds
 //! the late thread ended.
-//! *Bound.* None for two; few preemptions for three.
+//! *Bound.* None for two; two preemptions for three threads, three with `--deep`.
 //! *Sources.* `rt-linux/src/spares.rs`, `rt-linux/src/seat.rs`, `rt-linux/src/slot.rs`
 #![cfg(loom)]
 

@@ -3,7 +3,8 @@
 //!
 //! *Threads.* One lane and who posts or moves the clock; then two lanes, one of which is handed a body that does not
 //! end before the other lane did what is to do, or dies and is found by who looks after it.
-//! *Bound.* None for two; few preemptions for three, but three where a busy lane brings an instant nearer.
+//! *Bound.* None for two; two preemptions for three threads, three with `--deep`, and
+//! where a busy lane brings an instant nearer.
 //! *Sources.* `rt-linux/src/waiting.rs`, `rt-linux/src/seat.rs`, `rt-linux/src/bell.rs`
 #![cfg(loom)]
 

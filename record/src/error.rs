@@ -132,6 +132,9 @@ impl fmt::Display for Cut {
 impl fmt::Display for LogError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            Self::Read(e) if e.kind() == io::ErrorKind::NotFound => {
+                write!(f, "there is no such file; check the path, or make a log with `redrt run --record`")
+            }
             Self::Read(e) => write!(f, "cannot read it: {e}; expected a log that you may read, on a disk that works"),
             Self::NotALog => {
                 f.write_str("it is no replay log; expected a file that `redrt run --record` wrote")

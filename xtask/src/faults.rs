@@ -75,7 +75,10 @@ pub(crate) fn run(workspace: &Workspace) -> Result<Tally, Failure> {
             None => {}
         }
     }
-    if tally.failed == 0 {
+    let Tally { passed, failed, .. } = tally;
+    let absent = rows.len() - (passed + failed) as usize;
+    say!("\n{passed} rows pass, {failed} do not, {absent} belong to the C ABI or need a GPU");
+    if failed == 0 {
         return Ok(tally);
     }
     say!("\n{}", log.failures.join("\n"));

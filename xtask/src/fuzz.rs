@@ -152,14 +152,18 @@ impl<'a> Fuzzer<'a> {
         }
         let last = text.lines().rfind(|line| line.starts_with('#') && line.contains(" cov: ")).unwrap_or("");
         let after = |word: &str| last.split_whitespace().skip_while(|w| *w != word).nth(1).unwrap_or("?");
+        // `839/55Kb`
+        let (inputs, bytes) = after("corp:").split_once('/').unwrap_or(("?", "?"));
+        let bytes = bytes.replace("Kb", " thousand").replace('b', "");
         say!(
-            "{}: {} executions, {} a second, {} edges, {} features, {} inputs kept",
+            "{}: {} executions, {} a second, {} edges of code covered, {} features, {} inputs kept ({} bytes)",
             target.name,
             executions,
             number("stat::average_exec_per_sec:"),
             after("cov:"),
             after("ft:"),
-            after("corp:")
+            inputs,
+            bytes
         );
         Ok(())
     }

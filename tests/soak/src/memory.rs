@@ -86,7 +86,7 @@ impl fmt::Display for Growth {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "{} KiB in use, {:+.0} bytes a workload (bound {BOUND:.0}); {} MiB resident (bound {})",
+            "{} KiB in use, {:+.0} bytes a workload (bound {BOUND:.0} bytes); {} MiB resident (bound {} MiB)",
             self.live / 1024,
             self.bytes,
             self.resident_kib / 1024,
