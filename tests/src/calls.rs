@@ -364,7 +364,7 @@ impl Host {
     }
 
     fn check(&self) {
-        assert_eq!(self.raw.running_units(), self.live.len());
+        assert_eq!(self.raw.running_units(), self.live.len(), "units that run, and those that the host has");
         assert_eq!(self.raw.jobs_in_flight(), self.jobs.in_flight());
         let budget = self.raw.config().memory.unwrap_or(Bytes(0));
         assert!(self.raw.memory_used(PoolId::new(0)) <= budget, "more memory than there is");
