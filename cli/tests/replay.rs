@@ -299,6 +299,7 @@ fn what_if_answers_in_virtual_time_with_what_was_recorded() {
     assert_eq!((&other["recorded"]["policy"], &other["what_if"]["policy"]), (&"redrt".into(), &"edf".into()));
     assert_eq!(other["what_if"]["pools"][0]["lanes"], 1);
     assert_eq!(other["what_if"]["tasks"][0]["on_time"], 0, "{other}");
+    assert_eq!(other["at_wcet"], serde_json::json!([]), "every node has run");
     assert_eq!(what_if(" policy = edf , deadline . t = 2ms,lanes= 1"), other);
     let (status, out, _) = run(&["replay", &log, "--what-if", "lanes.cpu=4"]);
     assert!(status == 0 && out.contains("recorded") && out.contains("what if"), "{out}");

@@ -13,8 +13,8 @@ use std::collections::HashMap;
 #[derive(Clone, Debug, Default)]
 pub struct Past {
     tasks: Vec<PastTask>,
-    /// By the names of their weights and frames.
-    encoders: HashMap<(String, String), Mean>,
+    /// By the names of their weights, and then of their frames.
+    encoders: HashMap<String, HashMap<String, Mean>>,
     /// Releases and ends of nodes in it, at most [`Past::LARGEST`].
     kept: usize,
     is_cut: bool,
@@ -112,7 +112,8 @@ impl Past {
             Role::Plain(_) | Role::Decoder { .. } => task.executed(node.name.clone(), job, took_ns),
         }
         if let Some((weights, frame, took_ns)) = of_encoder {
-            self.encoders.entry((weights.clone(), frame.clone())).or_default().add(took_ns);
+            let of_weights = self.encoders.entry(weights.clone()).or_default();
+            of_weights.entry(frame.clone()).or_default().add(took_ns);
         }
     }
 
@@ -143,8 +144,8 @@ impl Past {
     /// How long a node of a job takes, and whether that is known and not its WCET.
     pub(crate) fn time(&self, task: usize, job: u64, node: &Numbered) -> (u64, bool) {
         let Some(task) = self.tasks.get(task) else { return (0, false) };
-        let of_encoder = |name: &str, weights: &String, frame: &String| {
-            let mean = || self.encoders.get(&(weights.clone(), frame.clone())).and_then(|mean| mean.get());
+        let of_encoder = |name: &str, weights: &str, frame: &str| {
+            let mean = || self.encoders.get(weights)?.get(frame)?.get();
             task.time(name, job).or_else(mean)
         };
         let or_wcet = |time: Option<u64>, part: &Part| (time.unwrap_or(part.wcet_ns), time.is_some());
