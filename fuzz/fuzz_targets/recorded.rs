@@ -1,5 +1,7 @@
 //! A run that is recorded: what is changed in its log lies deep in it.
 
+use std::collections::HashSet;
+use std::mem::discriminant;
 use std::sync::LazyLock;
 use std::{env, fs, process};
 
@@ -7,7 +9,7 @@ use red_core::{
     Action, CommitError, Config, Dag, Duration, Frame, Instant, LaneId, Node, NodeId, Scheduler, TaskId,
     Timing, UnitId, Wcet,
 };
-use red_record::{FORMAT, Header, Recorder, Writer};
+use red_record::{FORMAT, Header, Reader, Recorder, Writer};
 
 pub type Small = red_core::Caps<2, 4, 3, 2>;
 
@@ -98,7 +100,7 @@ fn part(log: &mut Vec<u8>, bytes: &[u8]) {
     log.extend(bytes);
 }
 
-/// The one block of a run in which everything happens that a log has a word for.
+/// The one block of a run in which every call is made, and every kind of answer given.
 pub static RUN: LazyLock<Block> = LazyLock::new(|| {
     let path = env::temp_dir().join(format!("red-fuzz-{}.redlog", process::id()));
     let (writer, mut tape) = Writer::start(&path, &header()).expect("a place for a log");
@@ -114,6 +116,13 @@ pub static RUN: LazyLock<Block> = LazyLock::new(|| {
     let start = sealed(&[Block { entries, words: Vec::new() }], true).len();
     let block = Block { entries, words: log[start..].to_vec() };
     assert!(sealed(std::slice::from_ref(&block), true) == log, "a log is what its writer says");
+    let (mut calls, mut answers) = (HashSet::new(), HashSet::new());
+    let mut reader = Reader::new(&*log).expect("a log");
+    while let Some(entry) = reader.next_entry().expect("a whole log") {
+        calls.insert(discriminant(&entry.call));
+        answers.insert(discriminant(&entry.answer));
+    }
+    assert_eq!((calls.len(), answers.len()), (10, 9), "kinds of calls and answers");
     block
 });
 

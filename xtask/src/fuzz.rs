@@ -178,7 +178,7 @@ impl<'a> Fuzzer<'a> {
         fs::create_dir_all(&kept).map_err(|reason| file(&kept, reason))?;
         let longest = format!("-max_len={}", target.longest);
         let run = ["fuzz", "run", "--fuzz-dir", "fuzz", "--sanitizer", "none", "--target", HOST];
-        // Noting every comparison takes half of the time and more, and what is compared here is not in the bytes.
+        // Noting every comparison of numbers takes half of the time and more; names are compared as memory, and seen.
         let run = [&run[..], &["--no-trace-compares", "--target-dir"]].concat();
         let run =
             self.nightly.cargo(&run).args(&[&folder]).args(features).args(&[target.name]).args(&[&kept]);

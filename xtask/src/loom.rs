@@ -30,11 +30,12 @@ impl<'a> Wish<'a> {
     /// # Errors
     /// What is not known, or does not go together.
     pub(crate) fn of(words: &[&'a str]) -> Result<Self, String> {
+        let (depth, words) = Depth::of(words);
         let (flags, names): (Vec<&str>, Vec<&str>) = words.iter().partition(|word| word.starts_with('-'));
-        if let Some(unknown) = flags.iter().find(|flag| !["--deep", "--mutants"].contains(*flag)) {
+        if let Some(unknown) = flags.iter().find(|flag| **flag != "--mutants") {
             return Err(format!("loom knows --deep and --mutants, not {unknown}"));
         }
-        let (mutants, deep) = (flags.contains(&"--mutants"), flags.contains(&"--deep"));
+        let (mutants, deep) = (!flags.is_empty(), depth == Depth::Deep);
         if mutants && deep {
             return Err("loom: --mutants is never deep; leave --deep out".to_owned());
         }
