@@ -107,6 +107,16 @@ impl Node {
         self.wcet
     }
 
+    /// Its best-case execution time.
+    pub const fn best(&self) -> Duration {
+        self.best
+    }
+
+    /// Whether it keeps its lane once it has started.
+    pub const fn is_atomic(&self) -> bool {
+        self.atomic
+    }
+
     /// Its footprint.
     pub const fn footprint(&self) -> Bytes {
         self.memory

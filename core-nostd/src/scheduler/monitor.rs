@@ -103,8 +103,7 @@ impl<C: Capacity> Scheduler<C> {
         self.look_now();
     }
 
-    /// What started, or went to make room, made jobs longer: the next event looks at them, or the next tick if that
-    /// is earlier.
+    /// What started, or went to make room, made jobs longer: the next event or tick looks at them.
     pub(super) fn look_soon(&mut self, is_longer: impl Fn(&Self, usize) -> bool) {
         if self.config.shed != Shed::Hopeless {
             return;

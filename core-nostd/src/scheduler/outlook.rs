@@ -104,8 +104,7 @@ impl<C: Capacity> Scheduler<C> {
         (&task.nodes[node], &task.estimates[node])
     }
 
-    /// Best case of a rank, in nanoseconds; never above its cost, so that "on time at WCET" implies "on time at
-    /// best".
+    /// Best case of a rank, in nanoseconds; never above its cost, so that on time at WCET is on time at best.
     pub(super) fn best_case(&self, slot: usize, rank: usize) -> u64 {
         let (node, window) = self.history(slot, rank);
         let is_observed = self.config.best_case == BestCase::Observed;
