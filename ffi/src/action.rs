@@ -1,6 +1,6 @@
 //! What a poll answers, and what a unit is.
 
-use crate::boundary::{Growing, plain};
+use crate::boundary::{Growing, Out, plain};
 use crate::values::RED_NONE;
 
 /// Why a job was given up.
@@ -97,10 +97,28 @@ pub struct red_action {
     pub lane: u32,
     /// Of a unit: its handle, used once. Bits 8 to 15 are the node of its first member.
     pub unit: u64,
-    /// Of a job that ended; else what was there before.
+    /// Of a job that ended. Else it is not written.
     pub outcome: red_outcome,
 }
 plain!(red_action { kind: u32, lane: u32, unit: u64, outcome: red_outcome });
+
+/// What an action begins with.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub(crate) struct red_action_head {
+    pub(crate) kind: u32,
+    pub(crate) lane: u32,
+    pub(crate) unit: u64,
+}
+plain!(red_action_head { kind: u32, lane: u32, unit: u64 });
+
+impl Out<red_action> {
+    /// Where it begins.
+    pub(crate) const fn head(self) -> Out<red_action_head> {
+        const { assert!(core::mem::offset_of!(red_action, outcome) == size_of::<red_action_head>(), "the same") };
+        self.cast()
+    }
+}
 
 /// One sub-job of a unit. This struct does not grow.
 #[repr(C)]

@@ -111,6 +111,15 @@ impl<T: Plain> Out<T> {
     }
 }
 
+impl<T> Out<T> {
+    /// As a struct that `T` begins with.
+    #[inline(always)]
+    pub(crate) const fn cast<H>(self) -> Out<H> {
+        const { assert!(size_of::<H>() <= size_of::<T>() && align_of::<H>() <= align_of::<T>(), "inside") };
+        Out(self.0.cast())
+    }
+}
+
 /// Where C wants a struct, of which it knows so many bytes.
 #[derive(Clone, Copy)]
 pub(crate) struct OutGrowing<T>(*mut T, usize);

@@ -1,8 +1,9 @@
 //! The three capacity classes, named by what they hold: tasks x nodes of a task x jobs in flight. The sizes are
 //! budgets: what is in them may grow up to them, and a build in which it would not fit stops.
 
-use crate::machine::Host;
-use red_core::{Caps, Dag};
+use crate::dag::Lent;
+use crate::machine::Shared;
+use red_core::Caps;
 
 /// 4 tasks of 16 nodes, 16 jobs in flight; 4 lanes in 2 pools, 64 events.
 pub(crate) type Small = Caps<4, 16, 16, 4, 2, 1, 64>;
@@ -33,10 +34,10 @@ const fn fits<T>(bytes: usize) {
 }
 
 const _: () = {
-    fits::<Host<Small>>(RED_SCHEDULER_4X16X16_BYTES);
-    fits::<Host<Medium>>(RED_SCHEDULER_8X64X32_BYTES);
-    fits::<Host<Large>>(RED_SCHEDULER_16X256X64_BYTES);
-    fits::<Dag<Small>>(RED_DAG_4X16X16_BYTES);
-    fits::<Dag<Medium>>(RED_DAG_8X64X32_BYTES);
-    fits::<Dag<Large>>(RED_DAG_16X256X64_BYTES);
+    fits::<Shared<Small>>(RED_SCHEDULER_4X16X16_BYTES);
+    fits::<Shared<Medium>>(RED_SCHEDULER_8X64X32_BYTES);
+    fits::<Shared<Large>>(RED_SCHEDULER_16X256X64_BYTES);
+    fits::<Lent<Small>>(RED_DAG_4X16X16_BYTES);
+    fits::<Lent<Medium>>(RED_DAG_8X64X32_BYTES);
+    fits::<Lent<Large>>(RED_DAG_16X256X64_BYTES);
 };

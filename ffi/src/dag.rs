@@ -4,6 +4,7 @@
 use crate::boundary::{GrowingArray, Memory, Out, Place, take, take_growing};
 use crate::capacity::{Large, Medium, Small};
 use crate::graph::{AnyGraph, MOST_NODES};
+use crate::guard::Guarded;
 use crate::handles::{self, Object};
 use crate::node::red_node;
 use crate::status::{flat, red_status, status};
@@ -16,18 +17,21 @@ pub(crate) fn node_id(number: u32) -> Result<NodeId, red_status> {
     u8::try_from(number).map(NodeId::new).map_err(|_| red_status::UnknownNode)
 }
 
+/// A graph in memory of C's.
+pub(crate) type Lent<C> = Guarded<Dag<C>>;
+
 /// Makes a graph in memory of C's and opens it.
-pub(crate) fn open_dag<C: Capacity>(place: &Place<Dag<C>>, value: Dag<C>) -> Result<red_dag, red_status> {
+pub(crate) fn open_dag<C: Capacity>(place: &Place<Lent<C>>, dag: Dag<C>) -> Result<red_dag, red_status> {
     let make = || {
-        place.make(value);
+        place.make(Guarded::new(dag));
         Object::Dag(place.pointer())
     };
-    Ok(red_dag { bits: handles::open(place.range(), make)? })
+    Ok(red_dag { bits: handles::open(&place.range(), make)? })
 }
 
 fn open<C: Capacity>(memory: *mut c_void, bytes: usize, dag: *mut red_dag) -> red_status {
     flat(Out::of(dag).and_then(|dag| {
-        dag.put(open_dag(&Memory::of(memory, bytes).room_for::<Dag<C>>()?, Dag::new())?);
+        dag.put(open_dag(&Memory::of(memory, bytes).room_for::<Lent<C>>()?, Dag::new())?);
         Ok(red_status::Ok)
     }))
 }
@@ -37,7 +41,7 @@ fn change(
     dag: *const red_dag,
     call: impl FnOnce(&mut AnyGraph) -> Result<red_status, red_status>,
 ) -> red_status {
-    flat(take(dag).and_then(|dag| handles::change(dag.bits, call)?))
+    flat(take(dag).and_then(|dag| call(&mut *handles::graph(dag.bits)?.enter()?)))
 }
 
 /// Opens a graph without nodes, for schedulers of 4 tasks of 16 nodes and 16 jobs. `memory`, of
@@ -74,7 +78,9 @@ pub extern "C" fn red_dag_open_16x256x64(memory: *mut c_void, bytes: usize, dag:
 #[unsafe(no_mangle)]
 pub extern "C" fn red_dag_close(dag: *mut red_dag) -> red_status {
     flat(Out::of(dag).and_then(|out| {
-        handles::close::<AnyGraph>(take(dag)?.bits, |_| {})?;
+        let bits = take(dag)?.bits;
+        let _alone = handles::graph(bits)?.enter()?;
+        handles::close(bits)?;
         out.put(red_dag::default());
         Ok(red_status::Ok)
     }))

@@ -75,7 +75,7 @@ plain!(red_level { cost_ns: u64, graham_ns: u64, share_ns: u64, end_ns: u64 });
 
 /// Makes a call on a graph that only looks.
 fn look(dag: *const red_dag, call: impl FnOnce(&AnyGraph) -> Result<red_status, red_status>) -> red_status {
-    flat(take(dag).and_then(|dag| handles::look(dag.bits, call)?))
+    flat(take(dag).and_then(|dag| call(handles::graph(dag.bits)?.look()?)))
 }
 
 /// Lanes by pool, as C gives them.

@@ -2,15 +2,24 @@
 //! The loop: release, poll, complete.
 
 use crate::action::{red_action, red_outcome};
-use crate::boundary::Out;
+use crate::boundary::{Out, take};
+use crate::handles;
+use crate::machine::{AnyMachine, lane_id};
 use crate::scheduler::change;
 use crate::status::{red_status, status};
 use crate::values::{RED_NONE_64, red_scheduler};
-use red_core::{Instant, JobId, LaneId, TaskId, UnitId};
+use red_core::{Instant, UnitId};
 
-/// A lane of this number; whether it exists is for the scheduler to say.
-fn lane(number: u32) -> Result<LaneId, red_status> {
-    u8::try_from(number).map(LaneId::new).map_err(|_| red_status::UnknownLane)
+/// Makes a call of the loop.
+#[inline(always)]
+pub(crate) fn run(
+    scheduler: *const red_scheduler,
+    call: impl FnOnce(&AnyMachine) -> red_status,
+) -> red_status {
+    match take(scheduler).and_then(|scheduler| handles::scheduler(scheduler.bits)) {
+        Ok(machine) => call(machine),
+        Err(status) => status,
+    }
 }
 
 /// Releases a job of a task now.
@@ -41,13 +50,7 @@ pub extern "C" fn red_scheduler_release_at(
     now_ns: u64,
     job: *mut u32,
 ) -> red_status {
-    change(scheduler, |machine| {
-        let out = Out::of(job)?;
-        let capture = (capture != RED_NONE_64).then_some(capture);
-        let (release, now) = (Instant::from_nanos(release_ns), Instant::from_nanos(now_ns));
-        let released = machine.release_at(TaskId::from_bits(task), release, capture, now);
-        Ok(status(released, |id: JobId| out.put(id.to_bits())))
-    })
+    run(scheduler, |machine| machine.release_at(task, release_ns, capture, now_ns, job))
 }
 
 /// The next thing to do; RED_ACTION_KIND_NOTHING until something happens or the time of red_scheduler_poll_at comes. To be
@@ -61,10 +64,7 @@ pub extern "C" fn red_scheduler_poll(
     now_ns: u64,
     action: *mut red_action,
 ) -> red_status {
-    change(scheduler, |machine| {
-        machine.poll(Instant::from_nanos(now_ns), Out::of(action)?);
-        Ok(red_status::Ok)
-    })
+    run(scheduler, |machine| machine.poll(now_ns, action))
 }
 
 /// red_scheduler_poll for a lane that asks for itself: it is preferred among the free lanes of its pool.
@@ -77,10 +77,7 @@ pub extern "C" fn red_scheduler_poll_on(
     now_ns: u64,
     action: *mut red_action,
 ) -> red_status {
-    change(scheduler, |machine| {
-        machine.poll_on(lane(lane_number)?, Instant::from_nanos(now_ns), Out::of(action)?);
-        Ok(red_status::Ok)
-    })
+    run(scheduler, |machine| machine.poll_on(lane_number, now_ns, action))
 }
 
 /// A unit ended: all its members complete, and what follows them may start.
@@ -93,9 +90,7 @@ pub extern "C" fn red_scheduler_complete(
     unit: u64,
     now_ns: u64,
 ) -> red_status {
-    change(scheduler, |machine| {
-        Ok(status(machine.complete(UnitId::from_bits(unit), Instant::from_nanos(now_ns)), drop))
-    })
+    run(scheduler, |machine| machine.complete(unit, now_ns))
 }
 
 /// red_scheduler_complete and the first red_scheduler_poll_on of the unit's lane in one, which costs less than both.
@@ -109,10 +104,7 @@ pub extern "C" fn red_scheduler_complete_and_poll(
     now_ns: u64,
     action: *mut red_action,
 ) -> red_status {
-    change(scheduler, |machine| {
-        let (unit, now) = (UnitId::from_bits(unit), Instant::from_nanos(now_ns));
-        Ok(machine.complete_and_poll(unit, now, Out::of(action)?))
-    })
+    run(scheduler, |machine| machine.complete_and_poll(unit, now_ns, action))
 }
 
 /// A unit failed: the jobs of all its members are given up with the reason RED_SHED_FAULT.
@@ -153,7 +145,7 @@ pub extern "C" fn red_scheduler_take_outcome(
 #[unsafe(no_mangle)]
 pub extern "C" fn red_scheduler_retire_lane(scheduler: *mut red_scheduler, lane_number: u32) -> red_status {
     change(scheduler, |machine| {
-        let retired = machine.retire_lane(lane(lane_number)?);
+        let retired = machine.retire_lane(lane_id(lane_number)?);
         Ok(if retired { red_status::Ok } else { red_status::UnknownLane })
     })
 }
@@ -165,7 +157,7 @@ pub extern "C" fn red_scheduler_retire_lane(scheduler: *mut red_scheduler, lane_
 #[unsafe(no_mangle)]
 pub extern "C" fn red_scheduler_restore_lane(scheduler: *mut red_scheduler, lane_number: u32) -> red_status {
     change(scheduler, |machine| {
-        let restored = machine.restore_lane(lane(lane_number)?);
+        let restored = machine.restore_lane(lane_id(lane_number)?);
         Ok(if restored { red_status::Ok } else { red_status::UnknownLane })
     })
 }

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | `status` | one number for every way in which a call can end |
 //! | `boundary` | pointers from C, looked at before they are used |
-//! | `handles` | what is open: a handle is a place and a generation, never an address |
+//! | `handles`, `name`, `guard` | what is open: a handle is a place and a generation, never an address; one call at a time |
 //! | `capacity` | the three classes of schedulers and graphs, and their sizes |
 //! | `values`, `config`, `node`, `action`, `event`, `proof` | structs and enumerations of the header |
 //! | `dag`, `dag_look` | graphs |
@@ -28,10 +28,12 @@ mod dag;
 mod dag_look;
 mod event;
 mod graph;
+mod guard;
 mod handles;
 mod job;
 mod look;
 mod machine;
+mod name;
 mod node;
 #[cfg(not(any(feature = "runtime", test)))]
 mod panic;

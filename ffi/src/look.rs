@@ -5,7 +5,8 @@ use crate::action::{red_member, red_unit};
 use crate::boundary::{Out, OutGrowing, Room};
 use crate::dag::node_id;
 use crate::event::{red_event, red_executions, red_figures};
-use crate::scheduler::{change, look};
+use crate::job::run;
+use crate::scheduler::look;
 use crate::status::red_status;
 use crate::values::{RED_NONE_64, red_scheduler};
 use red_core::{Duration, Empty, Instant, TaskId, UnitId};
@@ -138,8 +139,5 @@ pub extern "C" fn red_scheduler_take_events(
     room: usize,
     count: *mut usize,
 ) -> red_status {
-    change(scheduler, |machine| {
-        Room::of(events, room, count)?.take(|| machine.take_event().map(red_event::from));
-        Ok(red_status::Ok)
-    })
+    run(scheduler, |machine| machine.take_events(events, room, count))
 }

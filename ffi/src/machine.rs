@@ -1,16 +1,17 @@
 //! A scheduler of any class.
 
-use crate::action::{red_action, red_action_kind, red_outcome};
-use crate::boundary::{Memory, Out};
+use crate::action::{red_action, red_action_head, red_action_kind};
+use crate::boundary::{Memory, Out, Room};
 use crate::dag::open_dag;
-use crate::event::red_figures;
+use crate::event::{red_event, red_figures};
 use crate::graph::AnyGraph;
-use crate::status::{red_status, status};
-use crate::values::red_dag;
+use crate::guard::Guarded;
+use crate::status::{flat, red_status, status};
+use crate::values::{RED_NONE_64, red_dag};
 use red_core::{
     Action, Bytes, Capacity, Certificate, CompleteError, Config, Dag, Dispatch, Duration, Empty, Estimator,
-    Event, Instant, JobId, LaneId, Member, NodeId, Outcome, PoolError, PoolId, ReleaseError, Role, Scheduler,
-    SensorError, SensorId, TaskId, Timing, Unit, UnitId,
+    Instant, JobId, LaneId, Member, NodeId, Outcome, PoolError, PoolId, Role, Scheduler, SensorError,
+    SensorId, TaskId, Timing, Unit, UnitId,
 };
 
 /// A scheduler, and what this library keeps beside it.
@@ -42,10 +43,14 @@ impl<C: Capacity> Host<C> {
     }
 }
 
+/// A scheduler in memory of C's.
+pub(crate) type Shared<C> = Guarded<Host<C>>;
 /// A scheduler behind a handle.
-pub(crate) type AnyMachine = dyn Machine;
+pub(crate) type AnyMachine = dyn Loop;
+/// Its calls that are not of the loop.
+pub(crate) type Rest = dyn Machine;
 
-/// The calls of a [`Scheduler`], whatever its capacity is. Those of the loop write their answers where C wants them.
+/// The other calls of a [`Scheduler`], whatever its capacity is.
 pub(crate) trait Machine {
     fn add_pool(&mut self, lanes: u8, memory: Option<Bytes>) -> Result<PoolId, PoolError>;
     fn add_sensor(&mut self, period: Duration) -> Result<SensorId, SensorError>;
@@ -54,20 +59,8 @@ pub(crate) trait Machine {
     fn edit(&self, task: TaskId, memory: Memory) -> Result<red_dag, red_status>;
     fn commit(&mut self, graph: &AnyGraph, now: Instant) -> Result<Certificate, red_status>;
     fn certificate(&self, task: TaskId) -> Option<Certificate>;
-    fn release_at(
-        &mut self,
-        task: TaskId,
-        release: Instant,
-        capture: Option<u64>,
-        now: Instant,
-    ) -> Result<JobId, ReleaseError>;
-    fn poll(&mut self, now: Instant, to: Out<red_action>);
-    fn poll_on(&mut self, lane: LaneId, now: Instant, to: Out<red_action>);
-    fn complete(&mut self, unit: UnitId, now: Instant) -> Result<(), CompleteError>;
-    fn complete_and_poll(&mut self, unit: UnitId, now: Instant, to: Out<red_action>) -> red_status;
     fn fail(&mut self, unit: UnitId, now: Instant) -> Result<(), CompleteError>;
     fn take_outcome(&mut self) -> Option<Outcome>;
-    fn take_event(&mut self) -> Option<&Event>;
     fn retire_lane(&mut self, lane: LaneId) -> bool;
     fn restore_lane(&mut self, lane: LaneId) -> bool;
     fn poll_at(&self) -> Option<Instant>;
@@ -81,23 +74,109 @@ pub(crate) trait Machine {
     fn figures(&self) -> red_figures;
 }
 
-/// An action as C has it.
+/// The calls of the loop, which are made for every node: one jump from the function of the header, and nothing between
+/// that and the scheduler.
+pub(crate) trait Loop {
+    fn rest(&self) -> &Guarded<Rest>;
+    extern "C" fn release_at(
+        &self,
+        task: u32,
+        release_ns: u64,
+        capture: u64,
+        now_ns: u64,
+        job: *mut u32,
+    ) -> red_status;
+    extern "C" fn poll(&self, now_ns: u64, action: *mut red_action) -> red_status;
+    extern "C" fn poll_on(&self, lane: u32, now_ns: u64, action: *mut red_action) -> red_status;
+    extern "C" fn complete(&self, unit: u64, now_ns: u64) -> red_status;
+    extern "C" fn complete_and_poll(&self, unit: u64, now_ns: u64, action: *mut red_action) -> red_status;
+    extern "C" fn take_events(&self, events: *mut red_event, room: usize, count: *mut usize) -> red_status;
+}
+
+/// Writes an action where C wants it. The outcome is written where there is one.
 #[inline(always)]
-fn action(action: Option<Action>) -> red_action {
-    let unit = |kind: red_action_kind, dispatch: Dispatch| red_action {
-        kind: kind as u32,
-        lane: dispatch.lane.index() as u32,
-        unit: dispatch.unit.to_bits(),
-        outcome: red_outcome::EMPTY,
+fn put(action: Option<Action>, to: Out<red_action>) {
+    let unit = |kind: red_action_kind, dispatch: Dispatch| {
+        let (lane, unit) = (dispatch.lane.index() as u32, dispatch.unit.to_bits());
+        to.head().put(red_action_head { kind: kind as u32, lane, unit });
     };
     match action {
         Some(Action::Dispatch(dispatch)) => unit(red_action_kind::Dispatch, dispatch),
         Some(Action::Preempt(dispatch)) => unit(red_action_kind::Preempt, dispatch),
         Some(Action::Ended(outcome)) => {
-            red_action { kind: red_action_kind::Ended as u32, outcome: outcome.into(), ..red_action::EMPTY }
+            to.put(red_action {
+                kind: red_action_kind::Ended as u32,
+                outcome: outcome.into(),
+                ..red_action::EMPTY
+            });
         }
-        _ => red_action::EMPTY,
+        _ => to.head().put(red_action_head::EMPTY),
     }
+}
+
+impl<C: Capacity> Loop for Shared<C> {
+    fn rest(&self) -> &Guarded<Rest> {
+        self
+    }
+
+    extern "C" fn release_at(
+        &self,
+        task: u32,
+        release_ns: u64,
+        capture: u64,
+        now_ns: u64,
+        job: *mut u32,
+    ) -> red_status {
+        flat(self.enter().and_then(|mut host| {
+            let out = Out::of(job)?;
+            let capture = (capture != RED_NONE_64).then_some(capture);
+            let (release, now) = (Instant::from_nanos(release_ns), Instant::from_nanos(now_ns));
+            let released = host.scheduler.release_at(TaskId::from_bits(task), release, capture, now);
+            Ok(status(released, |id| out.put(id.to_bits())))
+        }))
+    }
+
+    extern "C" fn poll(&self, now_ns: u64, action: *mut red_action) -> red_status {
+        flat(self.enter().and_then(|mut host| {
+            let out = Out::of(action)?;
+            put(host.scheduler.poll(Instant::from_nanos(now_ns)), out);
+            Ok(red_status::Ok)
+        }))
+    }
+
+    extern "C" fn poll_on(&self, lane: u32, now_ns: u64, action: *mut red_action) -> red_status {
+        flat(self.enter().and_then(|mut host| {
+            let (lane, out) = (lane_id(lane)?, Out::of(action)?);
+            put(host.scheduler.poll_on(lane, Instant::from_nanos(now_ns)), out);
+            Ok(red_status::Ok)
+        }))
+    }
+
+    extern "C" fn complete(&self, unit: u64, now_ns: u64) -> red_status {
+        flat(self.enter().map(|mut host| {
+            status(host.scheduler.complete(UnitId::from_bits(unit), Instant::from_nanos(now_ns)), drop)
+        }))
+    }
+
+    extern "C" fn complete_and_poll(&self, unit: u64, now_ns: u64, action: *mut red_action) -> red_status {
+        flat(self.enter().and_then(|mut host| {
+            let out = Out::of(action)?;
+            let (unit, now) = (UnitId::from_bits(unit), Instant::from_nanos(now_ns));
+            Ok(status(host.scheduler.complete_and_poll(unit, now), |next| put(next, out)))
+        }))
+    }
+
+    extern "C" fn take_events(&self, events: *mut red_event, room: usize, count: *mut usize) -> red_status {
+        flat(self.enter().and_then(|mut host| {
+            Room::of(events, room, count)?.take(|| host.scheduler.take_event().map(red_event::from));
+            Ok(red_status::Ok)
+        }))
+    }
+}
+
+/// A lane of this number; whether it exists is for the scheduler to say.
+pub(crate) fn lane_id(number: u32) -> Result<LaneId, red_status> {
+    u8::try_from(number).map(LaneId::new).map_err(|_| red_status::UnknownLane)
 }
 
 impl<C: Capacity> Machine for Host<C> {
@@ -133,42 +212,12 @@ impl<C: Capacity> Machine for Host<C> {
         self.scheduler.certificate(task)
     }
 
-    fn release_at(
-        &mut self,
-        task: TaskId,
-        release: Instant,
-        capture: Option<u64>,
-        now: Instant,
-    ) -> Result<JobId, ReleaseError> {
-        self.scheduler.release_at(task, release, capture, now)
-    }
-
-    fn poll(&mut self, now: Instant, to: Out<red_action>) {
-        to.put(action(self.scheduler.poll(now)));
-    }
-
-    fn poll_on(&mut self, lane: LaneId, now: Instant, to: Out<red_action>) {
-        to.put(action(self.scheduler.poll_on(lane, now)));
-    }
-
-    fn complete(&mut self, unit: UnitId, now: Instant) -> Result<(), CompleteError> {
-        self.scheduler.complete(unit, now)
-    }
-
-    fn complete_and_poll(&mut self, unit: UnitId, now: Instant, to: Out<red_action>) -> red_status {
-        status(self.scheduler.complete_and_poll(unit, now), |next| to.put(action(next)))
-    }
-
     fn fail(&mut self, unit: UnitId, now: Instant) -> Result<(), CompleteError> {
         self.scheduler.fail(unit, now)
     }
 
     fn take_outcome(&mut self) -> Option<Outcome> {
         self.scheduler.take_outcome()
-    }
-
-    fn take_event(&mut self) -> Option<&Event> {
-        self.scheduler.take_event()
     }
 
     fn retire_lane(&mut self, lane: LaneId) -> bool {

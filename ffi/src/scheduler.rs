@@ -5,7 +5,7 @@ use crate::boundary::{Memory, Out, OutGrowing, take, take_growing};
 use crate::capacity::{Large, Medium, Small};
 use crate::config::{self, red_config};
 use crate::handles::{self, Object};
-use crate::machine::{AnyMachine, Host};
+use crate::machine::{Host, Rest, Shared};
 use crate::status::{flat, red_status, status};
 use crate::values::{RED_ABI_VERSION, red_scheduler};
 use core::ffi::{c_char, c_void};
@@ -41,13 +41,13 @@ fn open<C: Capacity>(
         if usize::from(config.lanes) > C::LANES {
             return Err(red_status::PoolsFull);
         }
-        let place = Memory::of(memory, bytes).room_for::<Host<C>>()?;
+        let place = Memory::of(memory, bytes).room_for::<Shared<C>>()?;
         let make = || {
-            place.make(Host::NEW);
-            place.set_up(|host| host.configure(config));
+            place.make(Shared::<C>::new(Host::NEW));
+            place.set_up(|host| host.get_mut().configure(config));
             Object::Scheduler(place.pointer())
         };
-        out.put(red_scheduler { bits: handles::open(place.range(), make)? });
+        out.put(red_scheduler { bits: handles::open(&place.range(), make)? });
         Ok(red_status::Ok)
     }))
 }
@@ -56,17 +56,19 @@ fn open<C: Capacity>(
 #[inline(always)]
 pub(crate) fn change(
     scheduler: *const red_scheduler,
-    call: impl FnOnce(&mut AnyMachine) -> Result<red_status, red_status>,
+    call: impl FnOnce(&mut Rest) -> Result<red_status, red_status>,
 ) -> red_status {
-    flat(take(scheduler).and_then(|scheduler| handles::change(scheduler.bits, call)?))
+    flat(
+        take(scheduler).and_then(|scheduler| call(&mut *handles::scheduler(scheduler.bits)?.rest().enter()?)),
+    )
 }
 
 /// Makes a call on a scheduler that only looks.
 pub(crate) fn look(
     scheduler: *const red_scheduler,
-    call: impl FnOnce(&AnyMachine) -> Result<red_status, red_status>,
+    call: impl FnOnce(&Rest) -> Result<red_status, red_status>,
 ) -> red_status {
-    flat(take(scheduler).and_then(|scheduler| handles::look(scheduler.bits, call)?))
+    flat(take(scheduler).and_then(|scheduler| call(handles::scheduler(scheduler.bits)?.rest().look()?)))
 }
 
 /// Opens a scheduler of 4 tasks of 16 nodes and 16 jobs in flight; 4 lanes in 2 pools, 64 events. `memory`, of
@@ -119,7 +121,9 @@ pub extern "C" fn red_scheduler_open_16x256x64(
 #[unsafe(no_mangle)]
 pub extern "C" fn red_scheduler_close(scheduler: *mut red_scheduler) -> red_status {
     flat(Out::of(scheduler).and_then(|out| {
-        handles::close::<AnyMachine>(take(scheduler)?.bits, |_| {})?;
+        let bits = take(scheduler)?.bits;
+        let _alone = handles::scheduler(bits)?.rest().enter()?;
+        handles::close(bits)?;
         out.put(red_scheduler::default());
         Ok(red_status::Ok)
     }))
@@ -202,7 +206,7 @@ pub extern "C" fn red_scheduler_memory_used(
 /// Threads: any, at once. Real time: yes. Time: O(1). Errors: none.
 #[unsafe(no_mangle)]
 pub extern "C" fn red_scheduler_bytes_4x16x16() -> usize {
-    size_of::<Host<Small>>()
+    size_of::<Shared<Small>>()
 }
 
 /// Bytes that red_scheduler_open_8x64x32 needs here: at most RED_SCHEDULER_8X64X32_BYTES.
@@ -210,7 +214,7 @@ pub extern "C" fn red_scheduler_bytes_4x16x16() -> usize {
 /// Threads: any, at once. Real time: yes. Time: O(1). Errors: none.
 #[unsafe(no_mangle)]
 pub extern "C" fn red_scheduler_bytes_8x64x32() -> usize {
-    size_of::<Host<Medium>>()
+    size_of::<Shared<Medium>>()
 }
 
 /// Bytes that red_scheduler_open_16x256x64 needs here: at most RED_SCHEDULER_16X256X64_BYTES.
@@ -218,7 +222,7 @@ pub extern "C" fn red_scheduler_bytes_8x64x32() -> usize {
 /// Threads: any, at once. Real time: yes. Time: O(1). Errors: none.
 #[unsafe(no_mangle)]
 pub extern "C" fn red_scheduler_bytes_16x256x64() -> usize {
-    size_of::<Host<Large>>()
+    size_of::<Shared<Large>>()
 }
 
 /// The alignment that all memory needs which is lent to this library: at most RED_ALIGN.
@@ -226,5 +230,5 @@ pub extern "C" fn red_scheduler_bytes_16x256x64() -> usize {
 /// Threads: any, at once. Real time: yes. Time: O(1). Errors: none.
 #[unsafe(no_mangle)]
 pub extern "C" fn red_align() -> usize {
-    align_of::<Host<Large>>()
+    align_of::<Shared<Large>>()
 }

@@ -4,10 +4,10 @@
 use crate::boundary::{Memory, Out, OutGrowing, take, take_growing};
 use crate::graph::AnyGraph;
 use crate::handles;
-use crate::machine::AnyMachine;
+use crate::machine::Rest;
 use crate::proof::red_certificate;
 use crate::scheduler::{change, look};
-use crate::status::{flat, red_status};
+use crate::status::red_status;
 use crate::values::{red_dag, red_scheduler, red_timing};
 use core::ffi::c_void;
 use red_core::{Duration, Instant, TaskId, Timing};
@@ -27,11 +27,9 @@ impl red_timing {
 fn change_by(
     scheduler: *const red_scheduler,
     dag: *const red_dag,
-    call: impl FnOnce(&mut AnyMachine, &AnyGraph) -> Result<red_status, red_status>,
+    call: impl FnOnce(&mut Rest, &AnyGraph) -> Result<red_status, red_status>,
 ) -> red_status {
-    flat(take(dag).and_then(|dag| {
-        handles::look(dag.bits, |graph: &AnyGraph| change(scheduler, |machine| call(machine, graph)))
-    }))
+    change(scheduler, |machine| call(machine, handles::graph(take(dag)?.bits)?.look()?))
 }
 
 /// Admits a task. The graph is copied.
