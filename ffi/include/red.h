@@ -656,7 +656,7 @@ typedef uint32_t red_event_kind;
 /**
  * Configuration of a scheduler. Begin with RED_CONFIG_INIT and red_config_preset.
  */
-typedef struct red_config {
+typedef struct {
   /**
    * RED_CONFIG_INIT sets it.
    */
@@ -738,7 +738,7 @@ typedef struct red_config {
 /**
  * A graph: a place and a generation, no address. To be moved, not copied: of two copies one is left over.
  */
-typedef struct red_dag {
+typedef struct {
   /**
    * For the library.
    */
@@ -748,7 +748,7 @@ typedef struct red_dag {
 /**
  * A node: what it costs, where it runs, what it is. Begin with RED_NODE_INIT.
  */
-typedef struct red_node {
+typedef struct {
   /**
    * RED_NODE_INIT sets it.
    */
@@ -802,7 +802,7 @@ typedef struct red_node {
 /**
  * What a graph says as a whole.
  */
-typedef struct red_dag_summary {
+typedef struct {
   /**
    * RED_DAG_SUMMARY_INIT sets it.
    */
@@ -832,7 +832,7 @@ typedef struct red_dag_summary {
 /**
  * Where a node stands in its graph, and when it is due. This struct does not grow.
  */
-typedef struct red_placed_node {
+typedef struct {
   /**
    * Which node.
    */
@@ -858,7 +858,7 @@ typedef struct red_placed_node {
 /**
  * What a level asks for and gets of a deadline. This struct does not grow.
  */
-typedef struct red_level {
+typedef struct {
   /**
    * The cost of its nodes.
    */
@@ -880,7 +880,7 @@ typedef struct red_level {
 /**
  * A bound on the response time of a job that has its pools to itself.
  */
-typedef struct red_certificate {
+typedef struct {
   /**
    * RED_CERTIFICATE_INIT sets it.
    */
@@ -938,7 +938,7 @@ typedef struct red_certificate {
 /**
  * A scheduler: a place and a generation, no address. To be moved, not copied: of two copies one is left over.
  */
-typedef struct red_scheduler {
+typedef struct {
   /**
    * For the library.
    */
@@ -948,7 +948,7 @@ typedef struct red_scheduler {
 /**
  * How a job ended. This struct does not grow.
  */
-typedef struct red_outcome {
+typedef struct {
   /**
    * The job; its place may be used again from now on.
    */
@@ -986,7 +986,7 @@ typedef struct red_outcome {
 /**
  * One answer of a poll. This struct does not grow.
  */
-typedef struct red_action {
+typedef struct {
   /**
    * One of red_action_kind.
    */
@@ -1000,15 +1000,15 @@ typedef struct red_action {
    */
   uint64_t unit;
   /**
-   * Of a job that ended; else what was there before.
+   * Of a job that ended. Else it is not written.
    */
-  struct red_outcome outcome;
+  red_outcome outcome;
 } red_action;
 
 /**
  * One sub-job of a unit. This struct does not grow.
  */
-typedef struct red_member {
+typedef struct {
   /**
    * The job.
    */
@@ -1046,7 +1046,7 @@ typedef struct red_member {
 /**
  * What a unit is.
  */
-typedef struct red_unit {
+typedef struct {
   /**
    * RED_UNIT_INIT sets it.
    */
@@ -1058,7 +1058,7 @@ typedef struct red_unit {
   /**
    * Its first member: the one whose body runs.
    */
-  struct red_member first;
+  red_member first;
   /**
    * Where it runs.
    */
@@ -1089,7 +1089,7 @@ typedef struct red_unit {
 /**
  * What the executions of a node took, of its last 8.
  */
-typedef struct red_executions {
+typedef struct {
   /**
    * RED_EXECUTIONS_INIT sets it.
    */
@@ -1115,7 +1115,7 @@ typedef struct red_executions {
 /**
  * What happened so far, and what is now.
  */
-typedef struct red_figures {
+typedef struct {
   /**
    * RED_FIGURES_INIT sets it.
    */
@@ -1181,7 +1181,7 @@ typedef struct red_figures {
 /**
  * One event. Fields that do not apply are 0. This struct does not grow.
  */
-typedef struct red_event {
+typedef struct {
   /**
    * When.
    */
@@ -1219,7 +1219,7 @@ typedef struct red_event {
 /**
  * When a task's jobs come and are due, and what they are worth.
  */
-typedef struct red_timing {
+typedef struct {
   /**
    * RED_TIMING_INIT sets it.
    */
@@ -1264,7 +1264,7 @@ extern "C" {
  * Threads: any, at once. Real time: yes. Time: O(1). Errors: RED_STATUS_OUT_OF_RANGE: `preset` is not one of red_preset.
  */
 red_status red_config_preset(uint32_t preset,
-                             struct red_config *config);
+                             red_config *config);
 
 /**
  * Opens a graph without nodes, for schedulers of 4 tasks of 16 nodes and 16 jobs. `memory`, of
@@ -1275,7 +1275,7 @@ red_status red_config_preset(uint32_t preset,
  */
 red_status red_dag_open_4x16x16(void *memory,
                                 size_t bytes,
-                                struct red_dag *dag);
+                                red_dag *dag);
 
 /**
  * Opens a graph without nodes, for schedulers of 8 tasks of 64 nodes and 32 jobs. `memory`, of
@@ -1283,7 +1283,7 @@ red_status red_dag_open_4x16x16(void *memory,
  *
  * Threads: any, at once. Real time: yes. Time: O(nodes). Errors: as red_dag_open_4x16x16.
  */
-red_status red_dag_open_8x64x32(void *memory, size_t bytes, struct red_dag *dag);
+red_status red_dag_open_8x64x32(void *memory, size_t bytes, red_dag *dag);
 
 /**
  * Opens a graph without nodes, for schedulers of 16 tasks of 256 nodes and 64 jobs, and for the runtime. `memory`, of
@@ -1293,14 +1293,14 @@ red_status red_dag_open_8x64x32(void *memory, size_t bytes, struct red_dag *dag)
  */
 red_status red_dag_open_16x256x64(void *memory,
                                   size_t bytes,
-                                  struct red_dag *dag);
+                                  red_dag *dag);
 
 /**
  * Closes a graph; its memory is the caller's again. Nothing that was made of it is touched.
  *
  * Threads: one at a time on a graph. Real time: yes. Time: O(1). Errors: RED_STATUS_CLOSED.
  */
-red_status red_dag_close(struct red_dag *dag);
+red_status red_dag_close(red_dag *dag);
 
 /**
  * Adds a node; nodes are numbered from 0.
@@ -1308,8 +1308,8 @@ red_status red_dag_close(struct red_dag *dag);
  * Threads: one at a time on a graph. Real time: yes. Time: O(nodes). Errors: RED_STATUS_NODES_FULL,
  * RED_STATUS_WORK_OVERFLOW, RED_STATUS_OUT_OF_RANGE: role, atomic, weights or frame, or contention without atomic.
  */
-red_status red_dag_add_node(struct red_dag *dag,
-                            const struct red_node *node,
+red_status red_dag_add_node(red_dag *dag,
+                            const red_node *node,
                             uint32_t *number);
 
 /**
@@ -1318,14 +1318,14 @@ red_status red_dag_add_node(struct red_dag *dag,
  * Threads: one at a time on a graph. Real time: yes. Time: O(nodes). Errors: RED_STATUS_CYCLE,
  * RED_STATUS_DUPLICATE_EDGE, RED_STATUS_SECOND_ENCODER, RED_STATUS_UNKNOWN_NODE.
  */
-red_status red_dag_add_edge(struct red_dag *dag, uint32_t from, uint32_t to);
+red_status red_dag_add_edge(red_dag *dag, uint32_t from, uint32_t to);
 
 /**
  * Removes a node and its edges. Other nodes keep their numbers.
  *
  * Threads: one at a time on a graph. Real time: yes. Time: O(nodes). Errors: RED_STATUS_UNKNOWN_NODE.
  */
-red_status red_dag_remove_node(struct red_dag *dag,
+red_status red_dag_remove_node(red_dag *dag,
                                uint32_t node);
 
 /**
@@ -1334,7 +1334,7 @@ red_status red_dag_remove_node(struct red_dag *dag,
  * Threads: one at a time on a graph. Real time: yes. Time: O(1). Errors: RED_STATUS_UNKNOWN_EDGE,
  * RED_STATUS_UNKNOWN_NODE.
  */
-red_status red_dag_remove_edge(struct red_dag *dag, uint32_t from, uint32_t to);
+red_status red_dag_remove_edge(red_dag *dag, uint32_t from, uint32_t to);
 
 /**
  * Replaces a node by a shared encoder and its decoders (paper Def. 6, Alg. 1). Edges into it lead to the encoder, edges
@@ -1343,10 +1343,10 @@ red_status red_dag_remove_edge(struct red_dag *dag, uint32_t from, uint32_t to);
  * Threads: one at a time on a graph. Real time: yes. Time: O(nodes + edges * decoders). Errors: RED_STATUS_UNKNOWN_NODE,
  * RED_STATUS_NO_DECODER, RED_STATUS_NODES_FULL, RED_STATUS_WORK_OVERFLOW, and those of the nodes.
  */
-red_status red_dag_refine(struct red_dag *dag,
+red_status red_dag_refine(red_dag *dag,
                           uint32_t stage,
-                          const struct red_node *encoder,
-                          const struct red_node *decoders,
+                          const red_node *encoder,
+                          const red_node *decoders,
                           size_t decoder_count,
                           uint32_t *encoder_number);
 
@@ -1355,17 +1355,17 @@ red_status red_dag_refine(struct red_dag *dag,
  *
  * Threads: any, while nobody changes the graph. Real time: yes. Time: O(nodes + edges). Errors: those of the handle.
  */
-red_status red_dag_summarize(const struct red_dag *dag,
-                             struct red_dag_summary *summary);
+red_status red_dag_summarize(const red_dag *dag,
+                             red_dag_summary *summary);
 
 /**
  * The data of a node.
  *
  * Threads: any, while nobody changes the graph. Real time: yes. Time: O(1). Errors: RED_STATUS_UNKNOWN_NODE.
  */
-red_status red_dag_node(const struct red_dag *dag,
+red_status red_dag_node(const red_dag *dag,
                         uint32_t node,
-                        struct red_node *data);
+                        red_node *data);
 
 /**
  * The direct successors of a node, smallest first: up to `room` into `nodes`, and how many there are into `count`. If they
@@ -1374,7 +1374,7 @@ red_status red_dag_node(const struct red_dag *dag,
  * Threads: any, while nobody changes the graph. Real time: yes. Time: O(nodes). Errors: RED_STATUS_UNKNOWN_NODE,
  * RED_STATUS_TOO_SHORT.
  */
-red_status red_dag_successors(const struct red_dag *dag,
+red_status red_dag_successors(const red_dag *dag,
                               uint32_t node,
                               uint32_t *nodes,
                               size_t room,
@@ -1389,12 +1389,12 @@ red_status red_dag_successors(const struct red_dag *dag,
  * Errors: RED_STATUS_OUT_OF_RANGE: the rule, or more than 255 lanes. RED_STATUS_DEADLINE: above 2^62 ns.
  * RED_STATUS_NO_LANE, RED_STATUS_TOO_SHORT.
  */
-red_status red_dag_place(const struct red_dag *dag,
+red_status red_dag_place(const red_dag *dag,
                          uint32_t rule,
                          uint64_t deadline_ns,
                          const uint32_t *lanes,
                          size_t pools,
-                         struct red_placed_node *nodes,
+                         red_placed_node *nodes,
                          size_t room,
                          size_t *count);
 
@@ -1406,12 +1406,12 @@ red_status red_dag_place(const struct red_dag *dag,
  * Threads: any, while nobody changes the graph. Real time: yes, with 24 KiB of stack. Time: O(nodes * pools + edges).
  * Errors: as red_dag_place.
  */
-red_status red_dag_share(const struct red_dag *dag,
+red_status red_dag_share(const red_dag *dag,
                          uint32_t rule,
                          uint64_t deadline_ns,
                          const uint32_t *lanes,
                          size_t pools,
-                         struct red_level *levels,
+                         red_level *levels,
                          size_t room,
                          size_t *count);
 
@@ -1422,12 +1422,12 @@ red_status red_dag_share(const struct red_dag *dag,
  * Threads: any, while nobody changes the graph. Real time: no. Time: O(lanes * (nodes + edges)). Errors:
  * RED_STATUS_NO_LANE, RED_STATUS_OUT_OF_RANGE: more than 255 lanes.
  */
-red_status red_dag_prove(const struct red_dag *dag,
+red_status red_dag_prove(const red_dag *dag,
                          uint64_t limit_ns,
                          const uint32_t *lanes,
                          const uint64_t *memory_bytes,
                          size_t pools,
-                         struct red_certificate *certificate);
+                         red_certificate *certificate);
 
 /**
  * Releases a job of a task now.
@@ -1435,7 +1435,7 @@ red_status red_dag_prove(const struct red_dag *dag,
  * Threads: one at a time on a scheduler. Real time: yes. Time: O(nodes). Errors: RED_STATUS_UNKNOWN_TASK,
  * RED_STATUS_JOBS_FULL, RED_STATUS_TIME_OVERFLOW.
  */
-red_status red_scheduler_release(struct red_scheduler *scheduler,
+red_status red_scheduler_release(red_scheduler *scheduler,
                                  uint32_t task,
                                  uint64_t now_ns,
                                  uint32_t *job);
@@ -1447,7 +1447,7 @@ red_status red_scheduler_release(struct red_scheduler *scheduler,
  * Threads: one at a time on a scheduler. Real time: yes. Time: O(nodes). Errors: RED_STATUS_UNKNOWN_TASK,
  * RED_STATUS_JOBS_FULL, RED_STATUS_TIME_OVERFLOW.
  */
-red_status red_scheduler_release_at(struct red_scheduler *scheduler,
+red_status red_scheduler_release_at(red_scheduler *scheduler,
                                     uint32_t task,
                                     uint64_t release_ns,
                                     uint64_t capture,
@@ -1461,19 +1461,19 @@ red_status red_scheduler_release_at(struct red_scheduler *scheduler,
  * Threads: one at a time on a scheduler. Real time: yes. Time: O(log jobs) a dispatched node; O(jobs * (nodes + edges)) when
  * a job may be lost, at ticks of the monitor, and under re-assignment. Errors: those of the handle.
  */
-red_status red_scheduler_poll(struct red_scheduler *scheduler,
+red_status red_scheduler_poll(red_scheduler *scheduler,
                               uint64_t now_ns,
-                              struct red_action *action);
+                              red_action *action);
 
 /**
  * red_scheduler_poll for a lane that asks for itself: it is preferred among the free lanes of its pool.
  *
  * Threads: one at a time on a scheduler. Real time: yes. Time: as red_scheduler_poll. Errors: RED_STATUS_UNKNOWN_LANE.
  */
-red_status red_scheduler_poll_on(struct red_scheduler *scheduler,
+red_status red_scheduler_poll_on(red_scheduler *scheduler,
                                  uint32_t lane_number,
                                  uint64_t now_ns,
-                                 struct red_action *action);
+                                 red_action *action);
 
 /**
  * A unit ended: all its members complete, and what follows them may start.
@@ -1481,7 +1481,7 @@ red_status red_scheduler_poll_on(struct red_scheduler *scheduler,
  * Threads: one at a time on a scheduler. Real time: yes. Time: O(successors + log jobs); with encoders O(jobs * encoders).
  * Errors: RED_STATUS_STALE, RED_STATUS_NOT_RUNNING; RED_STATUS_LATE: its lane is free all the same.
  */
-red_status red_scheduler_complete(struct red_scheduler *scheduler,
+red_status red_scheduler_complete(red_scheduler *scheduler,
                                   uint64_t unit,
                                   uint64_t now_ns);
 
@@ -1491,17 +1491,17 @@ red_status red_scheduler_complete(struct red_scheduler *scheduler,
  * Threads: one at a time on a scheduler. Real time: yes. Time: as both. Errors: as red_scheduler_complete; nothing was
  * polled then.
  */
-red_status red_scheduler_complete_and_poll(struct red_scheduler *scheduler,
+red_status red_scheduler_complete_and_poll(red_scheduler *scheduler,
                                            uint64_t unit,
                                            uint64_t now_ns,
-                                           struct red_action *action);
+                                           red_action *action);
 
 /**
  * A unit failed: the jobs of all its members are given up with the reason RED_SHED_FAULT.
  *
  * Threads: one at a time on a scheduler. Real time: yes. Time: O(jobs * nodes). Errors: as red_scheduler_complete.
  */
-red_status red_scheduler_fail(struct red_scheduler *scheduler,
+red_status red_scheduler_fail(red_scheduler *scheduler,
                               uint64_t unit,
                               uint64_t now_ns);
 
@@ -1511,8 +1511,8 @@ red_status red_scheduler_fail(struct red_scheduler *scheduler,
  *
  * Threads: one at a time on a scheduler. Real time: yes. Time: O(1). Errors: those of the handle.
  */
-red_status red_scheduler_take_outcome(struct red_scheduler *scheduler,
-                                      struct red_outcome *outcome,
+red_status red_scheduler_take_outcome(red_scheduler *scheduler,
+                                      red_outcome *outcome,
                                       uint32_t *count);
 
 /**
@@ -1521,7 +1521,7 @@ red_status red_scheduler_take_outcome(struct red_scheduler *scheduler,
  * Threads: one at a time on a scheduler. Real time: yes. Time: O(1). Errors: RED_STATUS_UNKNOWN_LANE: there is no such
  * lane, or it runs something.
  */
-red_status red_scheduler_retire_lane(struct red_scheduler *scheduler,
+red_status red_scheduler_retire_lane(red_scheduler *scheduler,
                                      uint32_t lane_number);
 
 /**
@@ -1530,7 +1530,7 @@ red_status red_scheduler_retire_lane(struct red_scheduler *scheduler,
  * Threads: one at a time on a scheduler. Real time: yes. Time: O(1). Errors: RED_STATUS_UNKNOWN_LANE: there is no such
  * lane, or it was not retired.
  */
-red_status red_scheduler_restore_lane(struct red_scheduler *scheduler,
+red_status red_scheduler_restore_lane(red_scheduler *scheduler,
                                       uint32_t lane_number);
 
 /**
@@ -1539,7 +1539,7 @@ red_status red_scheduler_restore_lane(struct red_scheduler *scheduler,
  *
  * Threads: any, while nobody changes the scheduler. Real time: yes. Time: O(1). Errors: those of the handle.
  */
-red_status red_scheduler_poll_at(const struct red_scheduler *scheduler,
+red_status red_scheduler_poll_at(const red_scheduler *scheduler,
                                  uint64_t *at_ns);
 
 /**
@@ -1547,9 +1547,9 @@ red_status red_scheduler_poll_at(const struct red_scheduler *scheduler,
  *
  * Threads: any, while nobody changes the scheduler. Real time: yes. Time: O(1). Errors: RED_STATUS_NOT_RUNNING.
  */
-red_status red_scheduler_unit(const struct red_scheduler *scheduler,
+red_status red_scheduler_unit(const red_scheduler *scheduler,
                               uint64_t unit,
-                              struct red_unit *data);
+                              red_unit *data);
 
 /**
  * The members of a unit that runs: one, or the encoders that share one execution. Up to `room` into `members`, and how many
@@ -1558,9 +1558,9 @@ red_status red_scheduler_unit(const struct red_scheduler *scheduler,
  * Threads: any, while nobody changes the scheduler. Real time: yes, with 16 KiB of stack. Time: O(jobs * nodes). Errors:
  * RED_STATUS_NOT_RUNNING, RED_STATUS_TOO_SHORT.
  */
-red_status red_scheduler_members(const struct red_scheduler *scheduler,
+red_status red_scheduler_members(const red_scheduler *scheduler,
                                  uint64_t unit,
-                                 struct red_member *members,
+                                 red_member *members,
                                  size_t room,
                                  size_t *count);
 
@@ -1569,7 +1569,7 @@ red_status red_scheduler_members(const struct red_scheduler *scheduler,
  *
  * Threads: any, while nobody changes the scheduler. Real time: yes. Time: O(jobs). Errors: RED_STATUS_UNKNOWN_JOB.
  */
-red_status red_scheduler_job(const struct red_scheduler *scheduler,
+red_status red_scheduler_job(const red_scheduler *scheduler,
                              uint32_t task,
                              uint64_t index,
                              uint32_t *job);
@@ -1580,18 +1580,18 @@ red_status red_scheduler_job(const struct red_scheduler *scheduler,
  * Threads: any, while nobody changes the scheduler. Real time: yes. Time: O(1). Errors: RED_STATUS_UNKNOWN_NODE: no such
  * node in the task's graph, or no such task.
  */
-red_status red_scheduler_executions(const struct red_scheduler *scheduler,
+red_status red_scheduler_executions(const red_scheduler *scheduler,
                                     uint32_t task,
                                     uint32_t node,
-                                    struct red_executions *executions);
+                                    red_executions *executions);
 
 /**
  * Counters and figures.
  *
  * Threads: any, while nobody changes the scheduler. Real time: yes. Time: O(jobs * nodes). Errors: those of the handle.
  */
-red_status red_scheduler_figures(const struct red_scheduler *scheduler,
-                                 struct red_figures *figures);
+red_status red_scheduler_figures(const red_scheduler *scheduler,
+                                 red_figures *figures);
 
 /**
  * Takes the oldest events of the record: up to `room` into `events`, and how many into `count`. What found no room in the
@@ -1599,8 +1599,8 @@ red_status red_scheduler_figures(const struct red_scheduler *scheduler,
  *
  * Threads: one at a time on a scheduler. Real time: yes. Time: O(room). Errors: those of the handle.
  */
-red_status red_scheduler_take_events(struct red_scheduler *scheduler,
-                                     struct red_event *events,
+red_status red_scheduler_take_events(red_scheduler *scheduler,
+                                     red_event *events,
                                      size_t room,
                                      size_t *count);
 
@@ -1628,8 +1628,8 @@ const char *red_version(void);
  */
 red_status red_scheduler_open_4x16x16(void *memory,
                                       size_t bytes,
-                                      const struct red_config *config,
-                                      struct red_scheduler *scheduler);
+                                      const red_config *config,
+                                      red_scheduler *scheduler);
 
 /**
  * Opens a scheduler of 8 tasks of 64 nodes and 32 jobs in flight; 8 lanes in 4 pools, 256 events. `memory`, of
@@ -1639,8 +1639,8 @@ red_status red_scheduler_open_4x16x16(void *memory,
  */
 red_status red_scheduler_open_8x64x32(void *memory,
                                       size_t bytes,
-                                      const struct red_config *config,
-                                      struct red_scheduler *scheduler);
+                                      const red_config *config,
+                                      red_scheduler *scheduler);
 
 /**
  * Opens a scheduler of 16 tasks of 256 nodes and 64 jobs in flight; 32 lanes in 32 pools, 1,024 events. `memory`, of
@@ -1650,15 +1650,15 @@ red_status red_scheduler_open_8x64x32(void *memory,
  */
 red_status red_scheduler_open_16x256x64(void *memory,
                                         size_t bytes,
-                                        const struct red_config *config,
-                                        struct red_scheduler *scheduler);
+                                        const red_config *config,
+                                        red_scheduler *scheduler);
 
 /**
  * Closes a scheduler; its memory is the caller's again.
  *
  * Threads: one at a time on a scheduler. Real time: yes. Time: O(1). Errors: RED_STATUS_CLOSED.
  */
-red_status red_scheduler_close(struct red_scheduler *scheduler);
+red_status red_scheduler_close(red_scheduler *scheduler);
 
 /**
  * Adds a pool of `lanes` lanes after the others; the first, 0, is that of the configuration. `memory_bytes` is its budget,
@@ -1667,7 +1667,7 @@ red_status red_scheduler_close(struct red_scheduler *scheduler);
  * Threads: one at a time on a scheduler. Real time: yes. Time: O(lanes). Errors: RED_STATUS_NO_LANE,
  * RED_STATUS_POOLS_FULL.
  */
-red_status red_scheduler_add_pool(struct red_scheduler *scheduler,
+red_status red_scheduler_add_pool(red_scheduler *scheduler,
                                   uint32_t lanes,
                                   uint64_t memory_bytes,
                                   uint32_t *pool);
@@ -1679,7 +1679,7 @@ red_status red_scheduler_add_pool(struct red_scheduler *scheduler,
  * Threads: one at a time on a scheduler. Real time: yes. Time: O(sensors). Errors: RED_STATUS_ZERO_PERIOD,
  * RED_STATUS_SENSORS_FULL.
  */
-red_status red_scheduler_add_sensor(struct red_scheduler *scheduler,
+red_status red_scheduler_add_sensor(red_scheduler *scheduler,
                                     uint64_t period_ns,
                                     uint32_t *sensor);
 
@@ -1688,15 +1688,15 @@ red_status red_scheduler_add_sensor(struct red_scheduler *scheduler,
  *
  * Threads: any, while nobody changes the scheduler. Real time: yes. Time: O(1). Errors: those of the handle.
  */
-red_status red_scheduler_config(const struct red_scheduler *scheduler,
-                                struct red_config *config);
+red_status red_scheduler_config(const red_scheduler *scheduler,
+                                red_config *config);
 
 /**
  * Bytes that running units and kept results hold of a pool's budget.
  *
  * Threads: any, while nobody changes the scheduler. Real time: yes. Time: O(1). Errors: RED_STATUS_UNKNOWN_POOL.
  */
-red_status red_scheduler_memory_used(const struct red_scheduler *scheduler,
+red_status red_scheduler_memory_used(const red_scheduler *scheduler,
                                      uint32_t pool,
                                      uint64_t *used_bytes);
 
@@ -1743,9 +1743,9 @@ const char *red_status_text(int32_t status);
  * RED_STATUS_UNKNOWN_POOL, RED_STATUS_UNKNOWN_SENSOR, RED_STATUS_MEMORY, RED_STATUS_UNSCHEDULABLE,
  * RED_STATUS_OTHER_CLASS, RED_STATUS_OUT_OF_RANGE: floor_keep above floor_of.
  */
-red_status red_scheduler_add_task(struct red_scheduler *scheduler,
-                                  const struct red_dag *dag,
-                                  const struct red_timing *timing,
+red_status red_scheduler_add_task(red_scheduler *scheduler,
+                                  const red_dag *dag,
+                                  const red_timing *timing,
                                   uint32_t *task);
 
 /**
@@ -1753,7 +1753,7 @@ red_status red_scheduler_add_task(struct red_scheduler *scheduler,
  *
  * Threads: one at a time on a scheduler. Real time: yes. Time: O(jobs * nodes). Errors: RED_STATUS_UNKNOWN_TASK.
  */
-red_status red_scheduler_remove_task(struct red_scheduler *scheduler,
+red_status red_scheduler_remove_task(red_scheduler *scheduler,
                                      uint32_t task,
                                      uint64_t now_ns);
 
@@ -1763,9 +1763,9 @@ red_status red_scheduler_remove_task(struct red_scheduler *scheduler,
  * Threads: any, while nobody changes the scheduler. Real time: no. Time: O(lanes * (nodes + edges)). Errors:
  * RED_STATUS_UNKNOWN_TASK.
  */
-red_status red_scheduler_certificate(const struct red_scheduler *scheduler,
+red_status red_scheduler_certificate(const red_scheduler *scheduler,
                                      uint32_t task,
-                                     struct red_certificate *certificate);
+                                     red_certificate *certificate);
 
 /**
  * Begins an edit: opens the task's newest graph as one of its own, to be changed and given to red_scheduler_commit, and
@@ -1774,11 +1774,11 @@ red_status red_scheduler_certificate(const struct red_scheduler *scheduler,
  * Threads: any, while nobody changes the scheduler. Real time: no. Time: O(nodes + edges). Errors:
  * RED_STATUS_UNKNOWN_TASK, RED_STATUS_TOO_SHORT, RED_STATUS_MISALIGNED, RED_STATUS_OVERLAP, RED_STATUS_TOO_MANY_OPEN.
  */
-red_status red_scheduler_edit(const struct red_scheduler *scheduler,
+red_status red_scheduler_edit(const red_scheduler *scheduler,
                               uint32_t task,
                               void *memory,
                               size_t bytes,
-                              struct red_dag *dag);
+                              red_dag *dag);
 
 /**
  * Applies an edit to the jobs that are released from now on; jobs in flight keep the graph of their release.
@@ -1788,10 +1788,10 @@ red_status red_scheduler_edit(const struct red_scheduler *scheduler,
  * RED_STATUS_UNKNOWN_POOL, RED_STATUS_UNKNOWN_SENSOR, RED_STATUS_MEMORY, RED_STATUS_UNSCHEDULABLE,
  * RED_STATUS_OTHER_CLASS.
  */
-red_status red_scheduler_commit(struct red_scheduler *scheduler,
-                                const struct red_dag *dag,
+red_status red_scheduler_commit(red_scheduler *scheduler,
+                                const red_dag *dag,
                                 uint64_t now_ns,
-                                struct red_certificate *certificate);
+                                red_certificate *certificate);
 
 #ifdef __cplusplus
 }  // extern "C"

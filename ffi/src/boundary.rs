@@ -263,33 +263,38 @@ impl Memory {
         if self.bytes < size_of::<T>() {
             return Err(red_status::TooShort);
         }
-        Ok(Place(self.at.cast()))
+        let end = self.at.addr().checked_add(self.bytes).ok_or(red_status::TooLong)?;
+        Ok(Place { at: self.at.cast(), end })
     }
 }
 
 /// Room for a `T`, aligned and large enough.
-pub(crate) struct Place<T>(*mut T);
+pub(crate) struct Place<T> {
+    at: *mut T,
+    /// Where the memory ends that was lent.
+    end: usize,
+}
 
 impl<T> Place<T> {
-    /// The addresses that it takes.
+    /// All of the memory that was lent.
     pub(crate) fn range(&self) -> core::ops::Range<usize> {
-        self.0.addr()..self.0.addr() + size_of::<T>()
+        self.at.addr()..self.end
     }
 
     pub(crate) const fn pointer(&self) -> *mut T {
-        self.0
+        self.at
     }
 
     /// Makes a `T` there.
     #[inline(always)]
     pub(crate) fn make(&self, value: T) {
         // SAFETY: `Memory` saw that it fits and is aligned; C says that it may be written and is used by nobody else.
-        unsafe { self.0.write(value) };
+        unsafe { self.at.write(value) };
     }
 
     /// Sets up the `T` that was made there.
     pub(crate) fn set_up(&self, how: impl FnOnce(&mut T)) {
         // SAFETY: it was made there, and is used by nobody else.
-        how(unsafe { &mut *self.0 });
+        how(unsafe { &mut *self.at });
     }
 }

@@ -1,6 +1,7 @@
 //! The fault table: one test for each row of `docs/faults.md`, by the row's number. `cargo xtask faults` runs these and
 //! prints the table; a row without a test, or a test without a row, fails there.
 
+mod abi;
 #[path = "../process/alone.rs"]
 mod alone;
 mod apart;
