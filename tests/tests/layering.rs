@@ -40,6 +40,7 @@ const UNSAFE: &[(&str, &str)] = &[
     ("rt-linux/src/sys.rs", "the system calls that nix lacks"),
     ("rt-linux/src/allocations.rs", "a counting allocator"),
     ("ffi/src/boundary.rs", "follows pointers from C"),
+    ("ffi/src/guard.rs", "one call at a time on what callers share"),
     ("ffi/src/handles.rs", "objects in C's memory"),
     ("bodies/src/plugin.rs", "calls functions of shared objects"),
     ("bodies/src/clock.rs", "reads a thread's CPU clock"),

@@ -137,7 +137,7 @@ fn resized(address: usize, size: impl Fn(u32) -> u32, room: &mut [u64; 1024], la
     unsafe { bytes.cast::<u32>().write(size) };
     if last != 0 {
         // SAFETY: sizes that are tried with this are below the room's.
-        unsafe { bytes.add(size as usize - 1).write(last) };
+        unsafe { bytes.wrapping_add(size as usize - 1).write(last) };
     }
     bytes.expose_provenance()
 }
@@ -209,7 +209,7 @@ fn row_44_another_version_of_the_abi_is_told() {
                 let wrong = matches!(kind, Kind::Growing { .. })
                     .then(|| resized(address, |size| size, &mut room.borrow_mut(), 0))?;
                 // SAFETY: the second word of `room`.
-                unsafe { at::<u32>(wrong).add(1).write(version) };
+                unsafe { at::<u32>(wrong).wrapping_add(1).write(version) };
                 Some(wrong)
             },
             |name, i, _, status| assert_eq!(status, red_status::Version, "{name}, pointer {i}"),
