@@ -16,8 +16,10 @@ use red_core::{
     Scheduler, TaskId, Timing, Wcet,
 };
 use red_record::{Header, Recorder, Writer};
+use red_rt::control::Control;
 use red_rt::handler::{Failed, Handler, Work};
-use red_rt::runtime::{Control, Mode, Setup, run};
+use red_rt::runtime::{Mode, Setup, run};
+use red_rt::stop::StopBy;
 use red_rt::timeline::{Host, Releases};
 
 const LANES: usize = 2;
@@ -151,6 +153,7 @@ fn round(stops: bool, is_recorded: bool) -> [u64; 4] {
         releases: vec![Releases { task: by_clock, first_ns: 0, period_ns: Some(2_000_000) }],
         duration_ns: DURATION_NS,
         drain_ns: DRAIN_NS,
+        stop: StopBy::Signals,
         tape,
         handlers: Arc::new(move |lane| -> Box<dyn Handler> { Box::new(Body { seen: bodies.clone(), lane }) }),
         enclose: Arc::new(|main: Box<dyn FnOnce() + Send>| main()),
@@ -158,13 +161,13 @@ fn round(stops: bool, is_recorded: bool) -> [u64; 4] {
     let editor = Editor { task: by_clock, added: None, next_ns: EDIT_NS, edits: 0, ended: 0 };
     let done = Arc::new(AtomicBool::new(false));
     let mut outside = Vec::new();
-    let producers = |control: Arc<dyn Control>| {
-        for producer in 0..2 {
+    let producers = |control: Arc<dyn Control<Small>>| {
+        for _ in 0..2 {
             let (control, done) = (control.clone(), done.clone());
             outside.push(thread::spawn(move || {
                 while !done.load(Ordering::Relaxed) {
                     // A box that is full says so.
-                    let _full = control.release(producer, from_outside);
+                    let _full = control.release(from_outside, None);
                     thread::yield_now();
                 }
             }));

@@ -4,7 +4,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
 
 use red_core::{
-    Action, Caps, Config, Dag, Duration, Instant, LaneId, Node, NodeId, PoolId, Scheduler, Timing, UnitId, Wcet,
+    Action, Caps, Config, Dag, Duration, Instant, LaneId, Node, NodeId, PoolId, Scheduler, Timing, UnitId,
+    Wcet,
 };
 
 use super::Seat;
