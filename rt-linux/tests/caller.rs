@@ -28,10 +28,13 @@ fn a_run_is_stopped_from_outside_and_another_one_goes_on() {
     let ran = Arc::new([const { AtomicU64::new(0) }; 2]);
     let [first, last] = [0, 1].map(|number| {
         let ran = ran.clone();
-        Run::of(1, true, move |_: &Work| {
-            ran[number].fetch_add(1, Ordering::Relaxed);
-            thread::sleep(Duration::from_millis(1));
-        })
+        Run::start(
+            setup(1, true, move |_: &Work| {
+                ran[number].fetch_add(1, Ordering::Relaxed);
+                thread::sleep(Duration::from_millis(1));
+            }),
+            |_| (),
+        )
     });
     wait_for(|| ran[0].load(Ordering::Relaxed) > 0);
     first.control.stop();

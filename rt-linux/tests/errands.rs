@@ -53,9 +53,12 @@ fn count(of: &AtomicU64, more: u64) {
 fn a_node_that_an_errand_adds_to_a_running_task_runs() {
     let ran = Arc::new([const { AtomicU64::new(0) }; 2]);
     let notes = ran.clone();
-    let run = Run::of(2, true, move |work: &Work| {
-        notes[work.node.index()].fetch_add(1, Ordering::Relaxed);
-    });
+    let run = Run::start(
+        setup(2, true, move |work: &Work| {
+            notes[work.node.index()].fetch_add(1, Ordering::Relaxed);
+        }),
+        |_| (),
+    );
     wait_for(|| ran[0].load(Ordering::Relaxed) > 3);
     let task = run.task;
     let edit = move |scheduler: &mut Scheduler<Small>, now| {
@@ -80,7 +83,7 @@ fn what_an_errand_makes_ready_is_dispatched_in_the_same_turn() {
     let ran = Arc::new(AtomicU64::new(0));
     let notes = ran.clone();
     // Nothing else happens in it: no lane has another turn.
-    let run = Run::of(2, false, move |_: &Work| count(&notes, 1));
+    let run = Run::start(setup(2, false, move |_: &Work| count(&notes, 1)), |_| ());
     for job in 1..=20 {
         let task = run.task;
         let released = look(&run.control, move |s, now| s.release_at(task, now, None, now).is_ok());
@@ -136,7 +139,7 @@ fn an_errand_after_the_end_is_dropped_and_not_run() {
 fn a_panic_of_an_errand_is_the_askers_and_leaves_lane_and_lock_whole() {
     let ran = Arc::new(AtomicU64::new(0));
     let notes = ran.clone();
-    let run = Run::of(1, true, move |_: &Work| count(&notes, 1));
+    let run = Run::start(setup(1, true, move |_: &Work| count(&notes, 1)), |_| ());
     for number in 0..3 {
         let panics: Errand<Small> = Box::new(move |_, _| panic!("number {number}"));
         assert_eq!(ask(&run.control, panics).err(), Some(AskError::Panicked(format!("number {number}"))));
@@ -150,7 +153,7 @@ fn a_panic_of_an_errand_is_the_askers_and_leaves_lane_and_lock_whole() {
 
 #[test]
 fn no_lane_takes_or_gives_memory_for_an_errand() {
-    let run = Run::of(2, true, |_: &Work| ());
+    let run = Run::start(setup(2, true, |_: &Work| ()), |_| ());
     let counted = Arc::new(AtomicU64::new(0));
     let counts = counted.clone();
     // The same box again and again, and a new one each time.
@@ -206,12 +209,15 @@ fn hundreds_of_errands_from_three_threads_run_once_each_whatever_the_lanes_do() 
     let may_end = Arc::new(AtomicBool::new(false));
     let (waits, bodies) = (may_end.clone(), Arc::new(AtomicU64::new(0)));
     let counts = bodies.clone();
-    let run = Run::of(2, true, move |work: &Work| {
-        counts.fetch_add(1, Ordering::Relaxed);
-        if HANGS.contains(&work.job) {
-            wait_for(|| waits.load(Ordering::Relaxed));
-        }
-    });
+    let run = Run::start(
+        setup(2, true, move |work: &Work| {
+            counts.fetch_add(1, Ordering::Relaxed);
+            if HANGS.contains(&work.job) {
+                wait_for(|| waits.load(Ordering::Relaxed));
+            }
+        }),
+        |_| (),
+    );
     let (tried, held) = (Arc::new(Tried::default()), Arc::new(()));
     let asking: Vec<_> = (0..3).map(|_| pester(&run, &tried, &held)).collect();
     let releasing = {
@@ -244,7 +250,7 @@ fn hundreds_of_errands_from_three_threads_run_once_each_whatever_the_lanes_do() 
 #[test]
 fn errands_and_stops_that_meet_leave_nobody_waiting() {
     for round in 0..40 {
-        let run = Run::of(1 + round % 2, round % 3 == 0, |_: &Work| ());
+        let run = Run::start(setup(1 + round % 2, round % 3 == 0, |_: &Work| ()), |_| ());
         let (tried, held) = (Arc::new(Tried::default()), Arc::new(()));
         let asking: Vec<_> = (0..3).map(|_| pester(&run, &tried, &held)).collect();
         wait_for(|| tried.done.load(Ordering::Relaxed) >= usize::from(round));

@@ -3,7 +3,7 @@
 
 mod called;
 
-use called::{FAR, Run, wait_for};
+use called::{FAR, Run, setup, wait_for};
 use std::env;
 use std::process::Command;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -33,7 +33,7 @@ fn end_this_thread() {
 
 /// Lanes die in bodies beside errands; then one dies in an errand, and the scheduler's lock with it.
 fn killed() {
-    let run = Run::of(2, true, dies);
+    let run = Run::start(setup(2, true, dies), |_| ());
     let ran = Arc::new(AtomicU64::new(0));
     let threads: Vec<_> = (0..3)
         .map(|_| {
@@ -58,7 +58,7 @@ fn killed() {
     assert!(report.threads_died > 0 && report.lanes_lost == 0, "{report:?}");
     println!("{done} errands beside {} deaths that were found", report.threads_died);
 
-    let run = Run::of(2, false, |_: &Work| ());
+    let run = Run::start(setup(2, false, |_: &Work| ()), |_| ());
     run.control.release(run.task, None).expect("the run goes on");
     let (told, answers) = mpsc::channel();
     let asks = |errand: Errand<_>| {

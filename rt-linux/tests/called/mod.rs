@@ -80,14 +80,6 @@ pub(crate) struct Run {
 }
 
 impl Run {
-    pub(crate) fn of(
-        lanes: u8,
-        by_clock: bool,
-        body: impl Fn(&Work) + Send + Sync + Clone + 'static,
-    ) -> Self {
-        Self::start(setup(lanes, by_clock, body), |_| ())
-    }
-
     pub(crate) fn start(
         (setup, task): (Setup<Small>, TaskId),
         started: impl FnOnce(Running) + Send + 'static,
