@@ -14,11 +14,11 @@ use red_record::Recorder;
 use red_sync::{Exclusive, Post, Request};
 use std::sync::PoisonError;
 
-/// What is to be done under the scheduler's lock, once. It gets the scheduler and the time of the run, and leaves what it
-/// finds in what it has captured.
+/// What is to be done under the scheduler's lock, once. It gets the scheduler and the time of the run, and leaves what
+/// it finds in what it has captured.
 ///
-/// All lanes may wait for it: it has to be short and bounded, and must not allocate, wait, log or call [`Control::ask`].
-/// It may change graphs, add and remove tasks, release, and look at everything; the host is not told of what it releases.
+/// All lanes may wait for it: it has to be short and bounded, and must not allocate, free, wait or log. It may change
+/// graphs, add and remove tasks, release, and look at everything; the host is not told of what it releases.
 pub type Errand<C> = Box<dyn for<'a> FnMut(&mut Recorder<'a, C>, Instant) + Send>;
 
 /// An errand on its way to a lane and back.
@@ -30,18 +30,22 @@ pub(crate) struct Letter<C: Capacity> {
 
 /// A run that goes on: what other threads may ask of it. It may be kept after the end, and then refuses.
 pub trait Control<C: Capacity>: Send + Sync {
-    /// Releases a job from outside of the lanes, with the frame that it reads, as in [`Scheduler::release_at`]. From any
-    /// thread, also from a node's body. A stop that comes later drops what no lane came to, as it does with jobs.
+    /// Releases a job from outside of the lanes, with the frame that it reads, as in [`Scheduler::release_at`]. From
+    /// any thread, also from a node's body. A stop that comes later drops what no lane came to, as it does with jobs.
     /// Requests of one thread are taken in their order, as long as at most eight threads of the process ever release;
-    /// of more, one that meets another in the middle of its call may find its next request taken first. Wait-free.
+    /// of more, one that meets another in the middle of its call may find its next request taken first.
+    ///
+    /// Time bound: wait-free; one system call if a lane has to be woken.
     ///
     /// # Errors
     /// [`Refused`]; nothing is released then.
     fn release(&self, task: TaskId, capture: Option<u64>) -> Result<(), Refused>;
 
-    /// Has `errand` run once by the next lane that has a turn, and returns it. What it changed is dispatched in the same
-    /// turn. Waits: for a lane that ends a body, if all are busy, and for the threads that asked before. When this
-    /// returns, the errand does not run and will not.
+    /// Has `errand` run once by the next lane that has a turn, and returns it. What it changed is dispatched in the
+    /// same turn. When this returns, the errand does not run and will not, whatever it returns.
+    ///
+    /// Time bound: none; it sleeps until a lane comes, which is at the end of a body if all are busy, or until the run
+    /// ends, and before that until the threads that asked earlier are done.
     ///
     /// Lanes begin after `started` has returned ([`run`](crate::runtime::run)). A body must not wait for another thread
     /// that asks, either: where its lane is the only one, its bound passes.
@@ -51,8 +55,8 @@ pub trait Control<C: Capacity>: Send + Sync {
     fn ask(&self, errand: Errand<C>) -> Result<Errand<C>, AskError>;
 
     /// Ends the run in order: nothing is released any more and no lane takes another unit, bodies that run are waited
-    /// for. Again, or after the end, it changes nothing. From any thread, a node's body, an errand, or a signal handler:
-    /// async-signal-safe and wait-free.
+    /// for. Again, or after the end, it changes nothing. From any thread, a node's body, an errand, or a signal
+    /// handler: async-signal-safe and wait-free.
     fn stop(&self);
 
     /// Nanoseconds since the start of the run.
@@ -166,8 +170,8 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>> + Send + Sync> Control<
 }
 
 impl<C: Capacity, H, L: Exclusive<Scheduler<C>>> Shared<C, H, L> {
-    /// The first mailbox that nobody posts to, from the calling thread's own on: a thread that lost its CPU in the middle
-    /// keeps its place.
+    /// The first mailbox that nobody posts to, from the calling thread's own on: a thread that lost its CPU in the
+    /// middle keeps its place.
     fn place(&self) -> Option<Post<'_, Request, DEPTH>> {
         let own = OWN_PLACE.with(|own| *own);
         { 0..PRODUCERS }.find_map(|other| self.scheduler.producer((own + other) % PRODUCERS))

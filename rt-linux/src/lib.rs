@@ -16,6 +16,7 @@
 //! | [`placement`] | which CPUs the lanes get |
 //! | [`watchdog`] | demotes a lane whose body never returns |
 //! | [`stop`] | who may stop a run; Ctrl-C and SIGTERM as a bell |
+//! | [`control`] | what other threads may ask of a run: releases, errands, its end |
 //! | [`panics`] | panics of node bodies, kept instead of printed |
 //! | [`usage`] | page faults and involuntary context switches |
 //! | [`preflight`] | the findings of `redrt doctor` |

@@ -5,12 +5,13 @@
 //!
 //! # The hook is the process's
 //!
-//! There is one panic hook for all threads. The first run of the process that takes signals too
+//! There is one panic hook for all threads. The first run of the process that takes its signals as well
 //! ([`StopBy::Signals`](crate::stop::StopBy)) wraps the hook that it finds, and the wrapper stays, so that runs may
-//! overlap. Runs of a library leave the hook alone: they keep what a panic says, and the hook prints it. It keeps panics inside node bodies from being printed, unless they end the
-//! process, and passes every other one on: those of threads that a body starts, and all of them while nothing runs. A program that wants a hook
-//! of its own sets it before the first run; one that is set later replaces the wrapper, and then sees the panics of
-//! bodies too.
+//! overlap. It keeps panics inside node bodies and errands from being printed, unless they end the process, and passes
+//! every other one on: those of threads that a body starts, and all of them while nothing runs. A program that wants a
+//! hook of its own sets it before the first run; one that is set later replaces the wrapper, and then sees the panics of
+//! bodies too. Runs that only their callers stop leave the hook alone: it sees their panics, whose words are kept as well,
+//! without the place in the source.
 
 use red_core::NodeId;
 use std::any::Any;

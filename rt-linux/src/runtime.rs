@@ -162,14 +162,14 @@ where
 
     let held = Held { timeline: Timeline::new(&releases, duration_ns), host: Some(host), tape };
     let spin_ns = if realtime { SPIN_NS } else { 0 };
-    let shared = Arc::new(Shared::<C, H, L>::new(*scheduler, held, duration_ns, spin_ns, stopper.clone()));
+    let shared = Shared::<C, H, L>::new(scheduler, held, duration_ns, spin_ns, stopper.clone());
     let above = starter.mode.fifo(0).map(|f| Fifo { priority: f.priority + 1, ..f });
     let watchdog = Watchdog::start(shared.slots.clone(), above, Oversight::of(shared.clone()))?;
     if stopper.stopped().is_some() {
         // It came before the run: no lane begins anything.
         shared.end();
     }
-    let _ends = Ends(&*shared);
+    let _ends = Ends(&shared);
     started(shared.clone());
 
     let mut supervision = Supervision::new(shared.clone(), starter, starting);

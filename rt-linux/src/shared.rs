@@ -55,16 +55,17 @@ pub(crate) struct Shared<C: Capacity, H, L: Exclusive<Scheduler<C>>> {
 
 impl<C: Capacity, H, L: Exclusive<Scheduler<C>>> Shared<C, H, L> {
     /// What lanes share that spin for so long before they sleep. The run starts now.
+    #[expect(clippy::boxed_local, reason = "it is large, and moved once")]
     pub(crate) fn new(
-        scheduler: Scheduler<C>,
+        scheduler: Box<Scheduler<C>>,
         held: Held<H>,
         until_ns: u64,
         spin_ns: u64,
         stopper: Arc<Stopper>,
-    ) -> Self {
+    ) -> Arc<Self> {
         let lanes = scheduler.lanes();
-        Self {
-            scheduler: SharedScheduler::new(scheduler),
+        Arc::new(Self {
+            scheduler: SharedScheduler::new(*scheduler),
             host: TicketLock::new(held),
             waiting: Waiting::new(lanes, spin_ns),
             errands: Errands::default(),
@@ -76,7 +77,7 @@ impl<C: Capacity, H, L: Exclusive<Scheduler<C>>> Shared<C, H, L> {
             until_ns,
             hung: AtomicU64::new(0),
             standstills: Standstills::default(),
-        }
+        })
     }
 
     /// Lanes leave, and who waits for one is told. Async-signal-safe and wait-free.

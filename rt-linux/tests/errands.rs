@@ -201,6 +201,12 @@ fn pester(run: &Run, tried: &Arc<Tried>, held: &Arc<()>) -> JoinHandle<()> {
     })
 }
 
+/// Waits for threads, and not for ever.
+fn join(asking: Vec<JoinHandle<()>>) {
+    wait_for(|| asking.iter().all(JoinHandle::is_finished));
+    asking.into_iter().for_each(|thread| thread.join().expect("it only asks"));
+}
+
 #[test]
 fn hundreds_of_errands_from_three_threads_run_once_each_whatever_the_lanes_do() {
     const ERRANDS: usize = 600;
@@ -237,7 +243,7 @@ fn hundreds_of_errands_from_three_threads_run_once_each_whatever_the_lanes_do() 
     // Also after both lanes have got other threads.
     wait_for(|| tried.done.load(Ordering::Relaxed) >= ERRANDS && bodies.load(Ordering::Relaxed) > 100);
     let report = run.stop();
-    asking.into_iter().for_each(|thread| thread.join().expect("it only asks"));
+    join(asking);
     assert!(releasing.join().expect("it only releases") > 0);
     may_end.store(true, Ordering::Relaxed);
     let [ran, done, over] = [&tried.ran, &tried.done, &tried.over].map(|count| count.load(Ordering::Relaxed));
@@ -255,7 +261,7 @@ fn errands_and_stops_that_meet_leave_nobody_waiting() {
         let asking: Vec<_> = (0..3).map(|_| pester(&run, &tried, &held)).collect();
         wait_for(|| tried.done.load(Ordering::Relaxed) >= usize::from(round));
         let report = run.stop();
-        asking.into_iter().for_each(|thread| thread.join().expect("it only asks"));
+        join(asking);
         let [ran, done] = [&tried.ran, &tried.done].map(|count| count.load(Ordering::Relaxed));
         assert_eq!((ran, Arc::strong_count(&held)), (done, 1));
         assert_eq!((report.threads_died, report.lanes_lost), (0, 0));
