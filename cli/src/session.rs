@@ -15,10 +15,11 @@ use red_bodies::onnx::on_lane;
 use red_bodies::plugin::Host as PluginHost;
 use red_core::{Config, Empty, Scheduler, TaskId};
 use red_record::StartError;
+use red_rt::control::Control;
 use red_rt::placement::{choose_cpus, usable_cpus};
-use red_rt::runtime::{Control, Handlers, Mode, Setup, run};
+use red_rt::runtime::{Handlers, Mode, Setup, run};
 use red_rt::setup::SetupError;
-use red_rt::stop::StopSignals;
+use red_rt::stop::{StopBy, StopSignals};
 use red_rt::timeline::Releases;
 use red_workload::Source;
 use red_workload::build::{self, BuildError, Numbered};
@@ -36,8 +37,6 @@ pub(crate) type Robot = red_core::Caps<16, 256, 64, 32, 32, 4, 4096>;
 
 /// Priority of the lanes: above the kernel's threaded interrupts at 50, below its watchdogs at 99.
 pub(crate) const PRIORITY: u8 = 70;
-/// Producer number of plugins.
-const PLUGINS: usize = 0;
 /// Events that a trace keeps at most.
 const TRACE_EVENTS: usize = 2_000_000;
 
@@ -190,7 +189,7 @@ pub(crate) fn execute(
     let config = Config { ..options.policy.config() };
     let (plan, tasks) = build::admit(&mut scheduler, workload, config).map_err(SessionError::Build)?;
     let names: Vec<String> = workload.tasks.iter().map(|t| t.name.clone()).collect();
-    let control: Arc<OnceLock<Arc<dyn Control>>> = Arc::new(OnceLock::new());
+    let control: Arc<OnceLock<Arc<dyn Control<Robot>>>> = Arc::new(OnceLock::new());
     let host = plugin_host(&control, &tasks);
     let bodies = Bodies::load(source, &plan.nodes, &host, options.obstacle_ns);
     let bodies = Arc::new(bodies.map_err(SessionError::Bodies)?);
@@ -215,6 +214,7 @@ pub(crate) fn execute(
         releases: releases(workload, &tasks),
         duration_ns: options.duration_ns,
         drain_ns,
+        stop: StopBy::Signals,
         tape,
         handlers: handlers(bodies.clone(), options.trace.then(|| sub_deadlines.clone())),
         enclose: Arc::new(|main| {
@@ -225,7 +225,7 @@ pub(crate) fn execute(
         }),
     };
     let mut end_ns = 0;
-    let started = |running: Arc<dyn Control>| drop(control.set(running));
+    let started = |running: Arc<dyn Control<Robot>>| drop(control.set(running));
     let finished = run(setup, notes, started, |now| {
         end_ns = now;
         progress(Progress::Running, now, &live);
@@ -288,11 +288,11 @@ fn mode(
     }
 }
 
-fn plugin_host(control: &Arc<OnceLock<Arc<dyn Control>>>, tasks: &[TaskId]) -> Arc<PluginHost> {
+fn plugin_host(control: &Arc<OnceLock<Arc<dyn Control<Robot>>>>, tasks: &[TaskId]) -> Arc<PluginHost> {
     let (control, tasks) = (control.clone(), tasks.to_vec());
     PluginHost::new(move |task| {
         let task = usize::try_from(task).ok().and_then(|t| tasks.get(t));
-        matches!((control.get(), task), (Some(running), Some(task)) if running.release(PLUGINS, *task))
+        matches!((control.get(), task), (Some(running), Some(task)) if running.release(*task, None).is_ok())
     })
 }
 

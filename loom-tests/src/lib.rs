@@ -25,6 +25,7 @@ included! {
     shared: "../../sync/src/shared.rs",
     ticket_lock: "../../sync/src/ticket_lock.rs",
     bell: "../../rt-linux/src/bell.rs",
+    errands: "../../rt-linux/src/errands.rs",
     handler: "../../rt-linux/src/handler.rs",
     seat: "../../rt-linux/src/seat.rs",
     sleeper: "../../rt-linux/src/sleeper.rs",

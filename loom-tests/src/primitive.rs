@@ -3,6 +3,7 @@
 
 pub(crate) use crate::atomics::{AtomicBool, AtomicI32, AtomicU8, AtomicU32, AtomicU64};
 pub(crate) use crate::kernel::{futex_wait, futex_wake, now_ns};
+pub(crate) use crate::mailbox::Mailbox;
 pub(crate) type Cell<T> = loom::cell::UnsafeCell<T>;
 pub(crate) use loom::sync::atomic::Ordering;
 /// The checker's scheduler is unfair: a spin loop must give way.

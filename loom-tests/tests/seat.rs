@@ -8,7 +8,7 @@
 
 use loom::sync::Mutex;
 use loom::thread;
-use red_core::UnitId;
+use red_core::{PoolId, UnitId};
 use red_loom_tests::bell::{Bell, Woken};
 use red_loom_tests::handler::Work;
 use red_loom_tests::model::explore;
@@ -20,6 +20,8 @@ use std::sync::Arc;
 fn work(number: u64) -> Work {
     Work {
         task: number as usize,
+        pool: PoolId::new(number as u8),
+        lane: UnitId::from_bits(number).lane(),
         job: number,
         release_ns: number,
         deadline_ns: number,

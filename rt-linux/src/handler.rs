@@ -1,6 +1,6 @@
 //! What a lane runs for a node.
 
-use red_core::{NodeId, Unit};
+use red_core::{LaneId, NodeId, PoolId, Unit};
 
 /// One execution: which node of which job, and by when.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -9,6 +9,10 @@ pub struct Work {
     pub task: usize,
     /// The node.
     pub node: NodeId,
+    /// The pool of its lane.
+    pub pool: PoolId,
+    /// Where it runs, counted over all pools.
+    pub lane: LaneId,
     /// The how-manieth job of its task, from 0.
     pub job: u64,
     /// The job's release, in nanoseconds since the start of the run.
@@ -30,6 +34,8 @@ impl Work {
         Self {
             task: unit.first.task.index(),
             node: unit.first.node,
+            pool: unit.pool,
+            lane: unit.lane,
             job: unit.first.index,
             release_ns: unit.first.release.as_nanos(),
             deadline_ns: unit.first.deadline.as_nanos(),

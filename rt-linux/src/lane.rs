@@ -28,8 +28,19 @@ pub(crate) struct Lane<'a, C: Capacity, H, L: Exclusive<Scheduler<C>>> {
     pub(crate) number: usize,
     /// Which thread of this lane it is; a spare is a later one.
     pub(crate) thread: u64,
+    /// That thread, by the kernel's number.
+    pub(crate) id: u32,
     pub(crate) figures: LaneFigures,
     pub(crate) handler: Box<dyn Handler>,
+}
+
+/// What came of a turn with the scheduler.
+struct Turn {
+    mine: Option<(UnitId, Work)>,
+    /// The clock's next instant came nearer.
+    is_sooner: bool,
+    /// An errand was run.
+    has_answered: bool,
 }
 
 impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
@@ -124,14 +135,17 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
                 turn
             })
         });
-        if turn.is_some_and(|(_, is_sooner)| is_sooner) {
+        if turn.as_ref().is_some_and(|turn| turn.is_sooner) {
             shared.waiting.ring_keeper(self.number);
+        }
+        if turn.as_ref().is_some_and(|turn| turn.has_answered) {
+            shared.errands.ring();
         }
         let end = shared.waiting.now();
         self.figures.deciding_ns += end.saturating_sub(begin);
         match turn {
-            Some((Some((unit, work)), _)) => Next::Run(unit, work, end),
-            Some((None, _)) => Next::Idle,
+            Some(Turn { mine: Some((unit, work)), .. }) => Next::Run(unit, work, end),
+            Some(Turn { mine: None, .. }) => Next::Idle,
             None => Next::Leave,
         }
     }
@@ -159,7 +173,7 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
         }
     }
 
-    /// Releases what is due and fills the lanes. This lane's unit, and whether the clock's next instant came nearer.
+    /// Makes the changes that are due, releases what is due and fills the lanes.
     fn decide(
         &self,
         scheduler: &mut Recorder<'_, C>,
@@ -168,10 +182,11 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
         host: &mut H,
         was_busy: bool,
         now: Instant,
-    ) -> (Option<(UnitId, Work)>, bool) {
+    ) -> Turn {
         let (shared, me) = (self.shared, LaneId::new(self.number as u8));
         let mut since = now.as_nanos();
         host.due(scheduler, now);
+        let has_answered = self.run_errand(scheduler, now);
         let is_closed = shared.is_closed(now);
         since = since.min(take_requests(scheduler, requests, host, now));
         since = since.min(timeline.release(scheduler, host, now).unwrap_or(u64::MAX));
@@ -199,6 +214,16 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
         let wake =
             [timeline.wake_at(now.as_nanos()), host.next_at(), scheduler.poll_at().map(Instant::as_nanos)];
         let wake = wake.into_iter().flatten().min().unwrap_or(u64::MAX);
-        (mine, shared.waiting.plan(wake, jobs))
+        Turn { mine, is_sooner: shared.waiting.plan(wake, jobs), has_answered }
+    }
+
+    /// Runs an errand, if another thread has one. Whether it did.
+    fn run_errand(&self, scheduler: &mut Recorder<'_, C>, now: Instant) -> bool {
+        let errands = &self.shared.errands;
+        let Some(mut letter) = errands.take(self.id) else { return false };
+        // Its panic is the asker's: it leaves the lock and the lane as they are.
+        letter.panic = caught(|| (letter.errand)(scheduler, now)).err();
+        errands.answer(letter);
+        true
     }
 }

@@ -9,12 +9,14 @@
 //! | [`spin_lead`], [`sleeper`] | sleeping to an absolute time, with a final spin that calibrates itself |
 //! | [`seat`] | where a lane is handed its next unit: one cache line, that moves once |
 //! | [`waiting`] | how lanes wait: who keeps the time, who takes a request |
+//! | [`errands`] | how a thread that is no lane has something done under the scheduler's lock |
 //! | [`slot`], [`spares`] | the bound of a body, and who goes on when it has passed |
 //! | [`pi_lock`] | the priority-inheriting lock for threads that share a CPU |
 //! | [`setup`] | FIFO priority, pinning, locked memory, heap and idle-state settings |
 //! | [`placement`] | which CPUs the lanes get |
 //! | [`watchdog`] | demotes a lane whose body never returns |
-//! | [`stop`] | Ctrl-C and SIGTERM as a bell |
+//! | [`stop`] | who may stop a run; Ctrl-C and SIGTERM as a bell |
+//! | [`control`] | what other threads may ask of a run: releases, errands, its end |
 //! | [`panics`] | panics of node bodies, kept instead of printed |
 //! | [`usage`] | page faults and involuntary context switches |
 //! | [`preflight`] | the findings of `redrt doctor` |
@@ -33,6 +35,8 @@
 pub mod allocations;
 pub mod bell;
 pub mod clock;
+pub mod control;
+pub mod errands;
 pub mod handler;
 mod lane;
 mod oversight;

@@ -5,13 +5,16 @@
 //!
 //! # The hook is the process's
 //!
-//! There is one panic hook for all threads. The first run of the process wraps the hook that it finds, and the
-//! wrapper stays, so that runs may overlap. It keeps panics inside node bodies from being printed, unless they end the
-//! process, and passes every other one on: those of threads that a body starts, and all of them while nothing runs. A program that wants a hook
-//! of its own sets it before the first run; one that is set later replaces the wrapper, and then sees the panics of
-//! bodies too.
+//! There is one panic hook for all threads. The first run of the process that takes its signals as well
+//! ([`StopBy::Signals`](crate::stop::StopBy)) wraps the hook that it finds, and the wrapper stays, so that runs may
+//! overlap. It keeps panics inside node bodies and errands from being printed, unless they end the process, and passes
+//! every other one on: those of threads that a body starts, and all of them while nothing runs. A program that wants a
+//! hook of its own sets it before the first run; one that is set later replaces the wrapper, and then sees the panics of
+//! bodies too. Runs that only their callers stop leave the hook alone: it sees their panics, whose words are kept as well,
+//! without the place in the source.
 
 use red_core::NodeId;
+use std::any::Any;
 use std::cell::{Cell, RefCell};
 use std::panic::{self, AssertUnwindSafe, catch_unwind};
 use std::sync::Once;
@@ -60,13 +63,19 @@ pub(crate) fn keep_of_bodies() {
     });
 }
 
-/// Runs a body; its panic is the message. A panic is the body's own: no other one sees what it left behind.
+/// Runs a body, or an errand; its panic is the message. A panic is the body's own: no other one sees what it left behind.
 pub(crate) fn caught<T>(body: impl FnOnce() -> T) -> Result<T, String> {
     // The body before may have caught a panic of its own.
     MESSAGE.set(None);
     IN_BODY.set(true);
     let result = catch_unwind(AssertUnwindSafe(body));
     IN_BODY.set(false);
-    // Nothing is kept where a later hook took the place of ours.
-    result.map_err(|_payload| MESSAGE.take().unwrap_or_else(|| "see what was printed".to_owned()))
+    // Nothing is kept where there is no hook of ours, or a later one took its place.
+    result.map_err(|payload| MESSAGE.take().unwrap_or_else(|| words(&*payload).to_owned()))
+}
+
+/// What a panic said.
+fn words(payload: &(dyn Any + Send)) -> &str {
+    let said = payload.downcast_ref::<&'static str>().copied();
+    said.or_else(|| payload.downcast_ref::<String>().map(String::as_str)).unwrap_or("see what was printed")
 }

@@ -46,10 +46,30 @@ pub struct RunReport {
     pub events_dropped: u64,
     /// Lane time in bodies, by lane, in nanoseconds.
     pub busy_ns: Vec<u64>,
-    /// The signal that ended the run early, by name.
-    pub stopped_by: Option<&'static str>,
+    /// Who ended the run early.
+    pub stopped_by: Option<Stopped>,
     /// Why the run ended itself early.
     pub gave_up: Option<Surrender>,
+}
+
+/// Who stopped a run before its time was over.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stopped {
+    /// The signal of this name.
+    Signal(&'static str),
+    /// Whoever called [`Control::stop`](crate::control::Control::stop).
+    Caller,
+}
+
+impl Stopped {
+    /// The signal's name, if it was one.
+    #[must_use]
+    pub const fn signal(self) -> Option<&'static str> {
+        match self {
+            Self::Signal(name) => Some(name),
+            Self::Caller => None,
+        }
+    }
 }
 
 /// Why a run cannot go on: its process has to be started anew.

@@ -2,24 +2,23 @@
 
 use crate::allocations;
 use crate::clock::{now_ns, suspended_ns};
+use crate::control::{Control, Needed};
 use crate::handler::Handler;
-use crate::oversight::{Oversight, Standstills};
+use crate::oversight::Oversight;
 use crate::panics::keep_of_bodies;
 use crate::pi_lock::PiLock;
 use crate::report::{LaneFigures, RunReport};
 use crate::setup::{self, Fifo, SetupError};
-use crate::shared::{Held, PRODUCERS, Shared, take_requests};
-use crate::spares::Spares;
-use crate::stop::StopSignals;
+use crate::shared::{Held, Shared, take_requests};
+use crate::stop::{StopBy, StopSignals, Stopper};
 use crate::supervision::Supervision;
 use crate::threads::{NOT_UP, Starter};
 use crate::timeline::{Host, Releases, Timeline};
-use crate::waiting::Waiting;
-use crate::watchdog::{Slot, Watchdog};
-use core::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use red_core::{Capacity, Instant, Scheduler, TaskId};
+use crate::watchdog::Watchdog;
+use core::sync::atomic::Ordering;
+use red_core::{Capacity, Instant, Scheduler};
 use red_record::{Recorder, Tape};
-use red_sync::{Exclusive, Request, SharedScheduler, TicketLock};
+use red_sync::{Exclusive, TicketLock};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
@@ -72,6 +71,8 @@ pub struct Setup<C: Capacity> {
     pub duration_ns: u64,
     /// At most so long.
     pub drain_ns: u64,
+    /// Who may stop the run before.
+    pub stop: StopBy,
     /// Where every input of the scheduler goes, if the run is recorded; [`run`] drops it at the end.
     pub tape: Option<Tape>,
     /// The bodies.
@@ -100,36 +101,10 @@ impl<C: Capacity> Setup<C> {
     }
 }
 
-/// A run that goes on: what other threads may ask of it.
-pub trait Control: Send + Sync {
-    /// Releases a job from outside of the lanes; `false` if the mailbox is full, the duration is over or a stop was
-    /// asked for. A stop that comes later drops what no lane came to, as it does with jobs. Requests under one number
-    /// are taken in their order, as long as one thread at a time uses it. Wait-free.
-    fn release(&self, producer: usize, task: TaskId) -> bool;
-}
-
-impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>> + Send + Sync> Control for Shared<C, H, L> {
-    fn release(&self, producer: usize, task: TaskId) -> bool {
-        // A thread that lost its CPU in here keeps its place; there are others.
-        let places = (0..PRODUCERS).map(|other| (producer + other) % PRODUCERS);
-        let Some(post) = { places }.find_map(|place| self.scheduler.producer(place)) else { return false };
-        // Asked with the place in hand, so that the end of the run can wait for it.
-        let now = self.waiting.now();
-        if now >= self.until_ns || self.waiting.is_stopping() {
-            return false;
-        }
-        let request = Request { task, at: Instant::from_nanos(now), capture: None };
-        let posted = post.push(request).is_ok();
-        // Who is woken may be on this CPU, and post as well.
-        drop(post);
-        self.waiting.knock();
-        posted
-    }
-}
-
-/// Runs until the duration ended and the jobs drained, a signal came, or it cannot go on ([`Surrender`](crate::report::Surrender)). Every release
-/// of the duration is made, late if need be; after a signal or a surrender none is made and no body starts. Bodies that
-/// run at the end are waited for, as long as the watchdog gives them. Panics of bodies are in the report and not printed ([`crate::panics`]).
+/// Runs until the duration ended and the jobs drained, it was stopped ([`StopBy`]), or it cannot go on
+/// ([`Surrender`](crate::report::Surrender)). Every release of the duration is made, late if need be; after a stop or a
+/// surrender none is made and no body starts. Bodies that run at the end are waited for, as long as the watchdog gives
+/// them. Panics of bodies are in the report; whether they are printed, see [`crate::panics`].
 ///
 /// `started` is called before the first lane does anything, and `progress` about ten times a second on the calling thread, with the
 /// nanoseconds since the start; should they panic, the lanes are stopped first. Returns the host and the figures.
@@ -139,7 +114,7 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>> + Send + Sync> Control 
 pub fn run<C: Capacity, H: Host<C> + 'static>(
     setup: Setup<C>,
     host: H,
-    started: impl FnOnce(Arc<dyn Control>),
+    started: impl FnOnce(Arc<dyn Control<C>>),
     progress: impl FnMut(u64),
 ) -> Result<(H, RunReport), SetupError> {
     match setup.mode {
@@ -155,7 +130,7 @@ pub fn run<C: Capacity, H: Host<C> + 'static>(
 fn run_with<C, H, L>(
     setup: Setup<C>,
     host: H,
-    started: impl FnOnce(Arc<dyn Control>),
+    started: impl FnOnce(Arc<dyn Control<C>>),
     mut progress: impl FnMut(u64),
 ) -> Result<(H, RunReport), SetupError>
 where
@@ -164,9 +139,14 @@ where
     L: Exclusive<Scheduler<C>> + Send + Sync + 'static,
 {
     setup.check()?;
-    let signals = StopSignals::install()?;
-    keep_of_bodies();
-    let Setup { scheduler, lanes, mode, releases, duration_ns, drain_ns, tape, handlers, enclose } = setup;
+    let Setup { scheduler, lanes, mode, releases, duration_ns, drain_ns, stop, tape, handlers, enclose } =
+        setup;
+    let signals = (stop == StopBy::Signals).then(StopSignals::install).transpose()?;
+    if signals.is_some() {
+        keep_of_bodies();
+    }
+    let stopper = Arc::new(Stopper::new(signals.as_ref()));
+    let _needed = Needed::by_a_run();
     let realtime = matches!(mode, Mode::RealTime { .. });
     // Best effort promises nothing of page faults, and runs with another allocator too, as that of a sanitizer.
     let settled = setup::malloc_for_real_time();
@@ -177,37 +157,25 @@ where
     // Held to the end of the run; a machine without the device idles as deep as it likes, which doctor tells.
     let _awake = realtime.then(setup::hold_cpu_dma_latency);
     let (allocations_before, suspended_before) = (allocations::counted(), suspended_ns());
-    let starter = Starter { handlers, enclose, mode, up: signals.bell() };
+    let starter = Starter { handlers, enclose, mode, stopper: stopper.clone() };
     let starting = starter.start_all::<C, H, L>(lanes)?;
 
-    let slots: Arc<[Slot]> = (0..lanes).map(|_| Slot::new()).collect();
-    let shared = Arc::new(Shared::<C, H, L> {
-        scheduler: SharedScheduler::new(*scheduler),
-        host: TicketLock::new(Held {
-            timeline: Timeline::new(&releases, duration_ns),
-            host: Some(host),
-            tape,
-        }),
-        waiting: Waiting::new(lanes, if realtime { SPIN_NS } else { 0 }),
-        spares: Spares::default(),
-        slots: slots.clone(),
-        drained: AtomicBool::new(false),
-        until_ns: duration_ns,
-        hung: AtomicU64::new(0),
-        standstills: Standstills::default(),
-    });
+    let held = Held { timeline: Timeline::new(&releases, duration_ns), host: Some(host), tape };
+    let spin_ns = if realtime { SPIN_NS } else { 0 };
+    let shared = Shared::<C, H, L>::new(scheduler, held, duration_ns, spin_ns, stopper.clone());
     let above = starter.mode.fifo(0).map(|f| Fifo { priority: f.priority + 1, ..f });
-    let watchdog = Watchdog::start(slots, above, Oversight::of(shared.clone()))?;
-    if signals.requested().is_some() {
+    let watchdog = Watchdog::start(shared.slots.clone(), above, Oversight::of(shared.clone()))?;
+    if stopper.stopped().is_some() {
         // It came before the run: no lane begins anything.
-        shared.waiting.stop();
+        shared.end();
     }
+    let _ends = Ends(&shared);
     started(shared.clone());
 
     let mut supervision = Supervision::new(shared.clone(), starter, starting);
     let (mut now, mut is_over) = (0, false);
-    while signals.requested().is_none() && supervision.gave_up.is_none() && !is_over {
-        let _woken = signals.bell().wait(Some(now_ns() + PROGRESS_NS), 0);
+    while stopper.stopped().is_none() && supervision.gave_up.is_none() && !is_over {
+        let _woken = stopper.bell().wait(Some(now_ns() + PROGRESS_NS), 0);
         // Before the clock, so that all of it is over at `now`.
         let is_drained = shared.drained.load(Ordering::Relaxed);
         now = shared.waiting.now();
@@ -216,7 +184,7 @@ where
         supervision.look();
     }
     let gave_up = supervision.gave_up;
-    let stopped_by = signals.requested().map(nix::sys::signal::Signal::as_str);
+    let stopped_by = stopper.stopped();
     let mut total = LaneFigures::new();
     let mut busy_ns = vec![0; lanes];
     for (lane, figures) in supervision.end() {
@@ -269,6 +237,15 @@ where
         gave_up,
     };
     host.map(|host| (host, report)).ok_or(NOT_UP)
+}
+
+/// Whatever becomes of the control thread, nobody waits for a lane for ever.
+struct Ends<'a, C: Capacity, H, L: Exclusive<Scheduler<C>>>(&'a Shared<C, H, L>);
+
+impl<C: Capacity, H, L: Exclusive<Scheduler<C>>> Drop for Ends<'_, C, H, L> {
+    fn drop(&mut self) {
+        self.0.end();
+    }
 }
 
 /// Between two looks of the control thread.

@@ -17,7 +17,7 @@ use crate::bell::{Bell, Woken};
 use crate::handler::Work;
 use crate::primitive::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use crate::sleeper::Sleeper;
-use red_core::{NodeId, UnitId};
+use red_core::{NodeId, PoolId, UnitId};
 
 /// A lane's place. One thread at a time hands, and not before the unit of the time before was reported; only
 /// the lane takes.
@@ -25,7 +25,7 @@ use red_core::{NodeId, UnitId};
 /// ```
 /// use red_core::UnitId;
 /// use red_rt::{handler::Work, seat::Seat};
-/// let (seat, unit) = (Seat::default(), UnitId::from_bits(7));
+/// let (seat, unit) = (Seat::default(), UnitId::from_bits(7 << 16));
 /// assert_eq!(seat.take(), None);
 /// seat.hand(unit, &Work::default());
 /// assert_eq!(seat.take(), Some((unit, Work::default())));
@@ -37,7 +37,7 @@ pub struct Seat {
     // The line of the hand-off: 64 bytes, written by who hands and read by the lane.
     /// Wakes the lane.
     pub bell: Bell,
-    /// Task, node and output in 8, 8 and 16 bits.
+    /// Task, node, pool and output in 8, 8, 5 and 11 bits. The lane is in the unit's name.
     place: AtomicU32,
     unit: AtomicU64,
     times: [AtomicU64; 6],
@@ -78,7 +78,7 @@ impl Seat {
         if unit == taken {
             return None;
         }
-        let work = self.read();
+        let work = self.read(UnitId::from_bits(unit));
         // Only one of a lane's threads wins. Release: partner of the Acquire above, and of that in `discard`, after which
         // the work may be overwritten; as no load of ours may take effect after that, this is about load buffering.
         let won = self.own.taken.compare_exchange(taken, unit, Ordering::Release, Ordering::Relaxed);
@@ -136,9 +136,10 @@ impl Seat {
     }
 
     fn write(&self, work: &Work) {
-        // A capacity has at most 255 tasks and 256 nodes and outputs.
+        // A capacity has at most 255 tasks, 256 nodes and outputs, and 32 pools.
         let output = work.output.map_or(0, |output| u32::from(output) + 1);
-        let place = (work.task as u32) << 24 | (work.node.index() as u32) << 16 | output;
+        let (node, pool) = (work.node.index() as u32, work.pool.index() as u32);
+        let place = (work.task as u32) << 24 | node << 16 | pool << 11 | output;
         self.place.store(place, Ordering::Relaxed);
         let times =
             [work.job, work.release_ns, work.deadline_ns, work.since_ns, work.sub_deadline_ns, work.wcet_ns];
@@ -147,13 +148,15 @@ impl Seat {
         }
     }
 
-    fn read(&self) -> Work {
+    fn read(&self, unit: UnitId) -> Work {
         let place = self.place.load(Ordering::Relaxed);
         let time = |i: usize| self.times[i].load(Ordering::Relaxed);
         Work {
             task: (place >> 24) as usize,
             node: NodeId::new((place >> 16) as u8),
-            output: (place as u16).checked_sub(1),
+            pool: PoolId::new((place >> 11) as u8 & 0x1f),
+            lane: unit.lane(),
+            output: (place as u16 & 0x7ff).checked_sub(1),
             job: time(0),
             release_ns: time(1),
             deadline_ns: time(2),

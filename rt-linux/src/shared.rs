@@ -1,7 +1,10 @@
 //! What lanes share: the scheduler, the host, and how they wait for each other.
 
+use crate::control::Letter;
+use crate::errands::Errands;
 use crate::oversight::Standstills;
 use crate::spares::Spares;
+use crate::stop::Stopper;
 use crate::timeline::{Host, Timeline};
 use crate::waiting::Waiting;
 use crate::watchdog::Slot;
@@ -9,7 +12,7 @@ use core::sync::atomic::{AtomicBool, AtomicU64};
 use red_core::{Capacity, Instant, LaneId, ReleaseError, Scheduler};
 use red_record::{Recorder, Tape};
 use red_sync::{Exclusive, Requests, SharedScheduler, TicketLock};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::Duration;
 
@@ -35,6 +38,11 @@ pub(crate) struct Shared<C: Capacity, H, L: Exclusive<Scheduler<C>>> {
     /// Only taken by who holds the scheduler's lock, so it never waits.
     pub(crate) host: TicketLock<Held<H>>,
     pub(crate) waiting: Waiting,
+    /// What other threads want done under the lock.
+    pub(crate) errands: Errands<Letter<C>>,
+    /// One of them asks at a time. No lane takes this.
+    pub(crate) askers: Mutex<()>,
+    pub(crate) stopper: Arc<Stopper>,
     pub(crate) spares: Spares,
     pub(crate) slots: Arc<[Slot]>,
     /// The duration is over, all its releases were made and all jobs ended.
@@ -46,6 +54,38 @@ pub(crate) struct Shared<C: Capacity, H, L: Exclusive<Scheduler<C>>> {
 }
 
 impl<C: Capacity, H, L: Exclusive<Scheduler<C>>> Shared<C, H, L> {
+    /// What lanes share that spin for so long before they sleep. The run starts now.
+    #[expect(clippy::boxed_local, reason = "it is large, and moved once")]
+    pub(crate) fn new(
+        scheduler: Box<Scheduler<C>>,
+        held: Held<H>,
+        until_ns: u64,
+        spin_ns: u64,
+        stopper: Arc<Stopper>,
+    ) -> Arc<Self> {
+        let lanes = scheduler.lanes();
+        Arc::new(Self {
+            scheduler: SharedScheduler::new(*scheduler),
+            host: TicketLock::new(held),
+            waiting: Waiting::new(lanes, spin_ns),
+            errands: Errands::default(),
+            askers: Mutex::new(()),
+            stopper,
+            spares: Spares::default(),
+            slots: (0..lanes).map(|_| Slot::new()).collect(),
+            drained: AtomicBool::new(false),
+            until_ns,
+            hung: AtomicU64::new(0),
+            standstills: Standstills::default(),
+        })
+    }
+
+    /// Lanes leave, and who waits for one is told. Async-signal-safe and wait-free.
+    pub(crate) fn end(&self) {
+        self.waiting.stop();
+        self.errands.close();
+    }
+
     /// The lane's thread does not come back. To be called by others than lanes: some lane fails what it ran; where none
     /// is left, its spare does it.
     pub(crate) fn lose(&self, lane: usize) {

@@ -48,7 +48,7 @@ impl<C: Capacity, H, L: Exclusive<Scheduler<C>>> Supervision<C, H, L> {
 
     /// Asks all lanes to leave and waits for them: what they measured, with their numbers.
     pub(crate) fn end(&mut self) -> Vec<(usize, LaneFigures)> {
-        self.shared.waiting.stop();
+        self.shared.end();
         let shared = &self.shared;
         let ended = self.running.drain(..).filter_map(|thread| Some((thread.lane, thread.end(shared)?)));
         ended.collect()
@@ -79,7 +79,8 @@ where
             // Without one, a spare is on its way.
             let Some(thread) = self.shared.slots[lane].thread().map(Pid::from_raw) else { continue };
             match placement::cpus_of(thread) {
-                Err(Errno::ESRCH) => self.bury(lane),
+                // One that was asked to leave may have done so. The kernel tells of its end after that.
+                Err(Errno::ESRCH) if !self.shared.waiting.is_stopping() => self.bury(lane),
                 Ok(cpus) => self.hold(lane, thread, &cpus),
                 // Nothing can be said about it.
                 Err(_) => {}

@@ -1,14 +1,16 @@
 //! The threads of lanes, the first ones and spares: how they start together, and what they tell when they end.
 
-use crate::bell::Bell;
 use crate::clock::now_ns;
+use crate::control::Needed;
 use crate::handler::Handler;
 use crate::lane::Lane;
+use crate::panics::caught;
 use crate::report::LaneFigures;
 use crate::runtime::{Enclose, Handlers, Mode};
 use crate::setup::{Fifo, SetupError, best_effort, prefault_stack};
 use crate::shared::Shared;
 use crate::sleeper::Sleeper;
+use crate::stop::Stopper;
 use crate::timeline::Host;
 use nix::sys::prctl::set_name;
 use nix::unistd::{Pid, gettid};
@@ -64,8 +66,8 @@ pub(crate) struct Starter {
     pub(crate) handlers: Arc<Handlers>,
     pub(crate) enclose: Arc<Enclose>,
     pub(crate) mode: Mode,
-    /// Rung when a thread is set up, so that a spare need not wait for the next look.
-    pub(crate) up: &'static Bell,
+    /// Its bell is rung when a thread is set up, so that a spare need not wait for the next look.
+    pub(crate) stopper: Arc<Stopper>,
 }
 
 impl Starter {
@@ -79,8 +81,9 @@ impl Starter {
         let (go, is_to_go) = mpsc::channel::<Go<Shared<C, H, L>>>();
         let (finished, figures) = mpsc::channel();
         let (handlers, enclose) = (self.handlers.clone(), self.enclose.clone());
-        let (fifo, up) = (self.mode.fifo(lane), self.up);
+        let (fifo, stopper) = (self.mode.fifo(lane), self.stopper.clone());
         let main = move || {
+            let _needed = Needed::by_a_run();
             let (handler, verdict) = match set_up(fifo, &*handlers, lane) {
                 Ok(handler) => (Some(handler), Ok(gettid())),
                 Err(e) => (None, Err(e)),
@@ -88,10 +91,11 @@ impl Starter {
             // Large, so before time starts.
             let figures = LaneFigures::new();
             let _told = told.send(verdict);
-            up.ring();
+            stopper.bell().ring();
             let (Some(handler), Ok(Go { shared, thread })) = (handler, is_to_go.recv()) else { return };
             let sleeper = if fifo.is_some() { Sleeper::spinning() } else { Sleeper::yielding() };
-            let mut lane = Lane { shared: &shared, number: lane, thread, figures, handler };
+            let id = gettid().as_raw().cast_unsigned();
+            let mut lane = Lane { shared: &shared, number: lane, thread, id, figures, handler };
             lane.run(sleeper);
             let _told = finished.send(lane.figures);
         };
@@ -148,6 +152,8 @@ fn set_up(fifo: Option<Fifo>, handlers: &Handlers, number: usize) -> Result<Box<
     }
     fifo.map_or_else(best_effort, Fifo::apply)?;
     prefault_stack(STACK)?;
+    // What it keeps for the thread is there before real time starts.
+    let _nothing = caught(|| ());
     let mut handler = handlers(number);
     handler.prepare();
     Ok(handler)

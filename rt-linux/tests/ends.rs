@@ -2,7 +2,7 @@
 
 mod one_lane;
 
-use one_lane::{Counted, FAR_NS, PERIOD_NS, Plan, alone, wait_for};
+use one_lane::{Counted, FAR_NS, OneNode, PERIOD_NS, Plan, alone, wait_for};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, OnceLock};
@@ -11,9 +11,9 @@ use std::time::Duration;
 
 use nix::sys::signal::{Signal, raise};
 use red_core::{TaskId, Wcet};
+use red_rt::control::Control;
 use red_rt::handler::Work;
-use red_rt::report::RunReport;
-use red_rt::runtime::Control;
+use red_rt::report::{RunReport, Stopped};
 use red_rt::stop::StopSignals;
 
 /// Jobs in a run, one each millisecond.
@@ -22,7 +22,7 @@ const JOBS: usize = 15;
 #[test]
 fn a_lane_that_is_never_idle_stops_after_the_body_that_runs() {
     const STOPS: u64 = 3;
-    static RUNNING: OnceLock<(Arc<dyn Control>, TaskId)> = OnceLock::new();
+    static RUNNING: OnceLock<(Arc<dyn Control<OneNode>>, TaskId)> = OnceLock::new();
     let _alone = alone();
     let ran = Arc::new(AtomicUsize::new(0));
     let is_stopped = Arc::new(AtomicBool::new(false));
@@ -38,7 +38,7 @@ fn a_lane_that_is_never_idle_stops_after_the_body_that_runs() {
                 raise(Signal::SIGTERM).expect("to this thread");
                 wait_for(&stopped);
                 let (control, task) = RUNNING.get().expect("the run started");
-                while control.release(0, *task) {
+                while control.release(*task, None).is_ok() {
                     thread::sleep(Duration::from_millis(20));
                 }
             }
@@ -52,7 +52,7 @@ fn a_lane_that_is_never_idle_stops_after_the_body_that_runs() {
     let progress = |_| is_stopped.store(signals.requested().is_some(), Ordering::Relaxed);
     let (host, report) = plan.run(started, progress);
     let expected = STOPS as usize + 1;
-    assert_eq!(report.stopped_by, Some("SIGTERM"));
+    assert_eq!(report.stopped_by, Some(Stopped::Signal("SIGTERM")));
     assert_eq!((ran.load(Ordering::Relaxed), host.ended), (expected, expected), "no unit is begun");
     assert_eq!(report.dispatch_ns.len(), expected as u64, "the lane's figures are there");
     assert!(report.busy_ns[0] > 0 && report.overhead_ns_per_unit > 0);
@@ -74,9 +74,25 @@ fn a_signal_before_the_run_leaves_nothing_to_run() {
         body: move |_: &Work| over.store(true, Ordering::Relaxed),
     };
     let (host, report) = plan.run(|_, _| (), |_| ());
-    assert_eq!((host.released, report.stopped_by), (0, Some("SIGINT")));
+    assert_eq!((host.released, report.stopped_by), (0, Some(Stopped::Signal("SIGINT"))));
     assert!(!is_over.load(Ordering::Relaxed), "no body ran");
     assert!(signals.requested().is_some(), "the holder outside knows it too");
+}
+
+#[test]
+fn a_run_that_takes_signals_is_stopped_by_its_caller_too() {
+    let _alone = alone();
+    let control = Arc::new(OnceLock::<Arc<dyn Control<OneNode>>>::new());
+    let running = control.clone();
+    let plan = Plan {
+        wcet: Wcet::from_millis(1),
+        duration_ns: FAR_NS,
+        drain_ns: FAR_NS,
+        begin: || (),
+        body: move |_: &Work| running.get().expect("the run started").stop(),
+    };
+    let (host, report) = plan.run(|running, _| assert!(control.set(running).is_ok()), |_| ());
+    assert_eq!((host.ended, report.stopped_by), (1, Some(Stopped::Caller)));
 }
 
 /// A run whose lane gets no CPU until `gets_cpu` says so of the time.
@@ -114,7 +130,7 @@ fn releases_that_no_lane_came_to_are_counted() {
 #[test]
 fn what_was_asked_for_in_time_is_released_also_where_no_lane_came_to_it() {
     const ENDS_NS: u64 = 1_000_000_000;
-    static RUNNING: OnceLock<(Arc<dyn Control>, TaskId)> = OnceLock::new();
+    static RUNNING: OnceLock<(Arc<dyn Control<OneNode>>, TaskId)> = OnceLock::new();
     let _alone = alone();
     let (asked, is_over) = (Arc::new(AtomicUsize::new(0)), Arc::new(AtomicBool::new(false)));
     let (takes, over) = (asked.clone(), is_over.clone());
@@ -126,7 +142,7 @@ fn what_was_asked_for_in_time_is_released_also_where_no_lane_came_to_it() {
         begin: || (),
         body: move |_: &Work| {
             let (control, task) = RUNNING.get().expect("the run started");
-            takes.fetch_add(usize::from(control.release(0, *task)), Ordering::Relaxed);
+            takes.fetch_add(usize::from(control.release(*task, None).is_ok()), Ordering::Relaxed);
             // The only lane is busy until the time is over.
             wait_for(&over);
         },

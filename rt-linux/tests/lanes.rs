@@ -6,9 +6,11 @@ use std::thread;
 use std::time::{self, Duration};
 
 use red_core::{Caps, Config, Dag, Event, Instant, Node, Outcome, PoolId, Scheduler, TaskId, Timing, Wcet};
+use red_rt::control::Control;
 use red_rt::handler::{Failed, Handler, Work};
 use red_rt::report::RunReport;
-use red_rt::runtime::{Control, Mode, Setup, run};
+use red_rt::runtime::{Mode, Setup, run};
+use red_rt::stop::StopBy;
 use red_rt::timeline::{Host, Releases};
 
 /// Reaching it means that something was lost, on the slowest machine.
@@ -50,7 +52,7 @@ fn run_chain(
     period: Option<Duration>,
     duration: Duration,
     body: fn(&Work),
-    started: impl FnOnce(Arc<dyn Control>, TaskId),
+    started: impl FnOnce(Arc<dyn Control<TwoLanes>>, TaskId),
 ) -> (RunReport, Ran) {
     let _alone = ONE_RUN.lock().unwrap_or_else(PoisonError::into_inner);
     let mut scheduler = Box::new(Scheduler::<TwoLanes>::new(Config::REDRT));
@@ -76,6 +78,7 @@ fn run_chain(
         releases: period_ns.map(|p| Releases { task, first_ns: p, period_ns }).into_iter().collect(),
         duration_ns: duration.as_nanos() as u64,
         drain_ns: FAR.as_nanos() as u64,
+        stop: StopBy::Signals,
         tape: None,
         handlers: Arc::new(move |_| -> Box<dyn Handler> { Box::new(Noted { ran: notes.clone(), body }) }),
         enclose: Arc::new(|main: Box<dyn FnOnce() + Send>| {
@@ -104,9 +107,11 @@ fn finished(ran: &Ran) -> (Vec<u64>, usize) {
 
 #[test]
 fn every_node_of_a_periodic_chain_runs_once_and_in_order_on_a_thread_of_its_lanes_name() {
-    fn body(_work: &Work) {
+    fn body(work: &Work) {
         let name = fs::read_to_string("/proc/thread-self/comm").expect("Linux has it");
-        assert!(name.starts_with("red-lane-"), "{name}");
+        // The first pool has the first lane.
+        let (lane, pool) = (work.lane.index(), work.node.index() % 2);
+        assert_eq!((name.trim_end(), work.pool.index(), lane), (&*format!("red-lane-{lane}"), pool, pool));
     }
     let (report, ran) =
         run_chain(Some(Duration::from_millis(2)), Duration::from_millis(300), body, |_, _| ());
@@ -135,7 +140,7 @@ fn no_release_from_outside_is_lost_between_work_and_sleep() {
             // Well before the end, after which a request is not applied any more.
             let start = time::Instant::now();
             while start.elapsed() < DURATION / 2 {
-                if !control.release(0, task) || is_ended.recv_timeout(FAR).is_err() {
+                if control.release(task, None).is_err() || is_ended.recv_timeout(FAR).is_err() {
                     return false;
                 }
             }

@@ -9,6 +9,7 @@ use red_core::{Caps, Config, Dag, Event, Instant, Node, NodeId, Outcome, Schedul
 use red_rt::handler::{Failed, Handler, Work};
 use red_rt::panics::BodyPanic;
 use red_rt::runtime::{Mode, Setup, run};
+use red_rt::stop::StopBy;
 use red_rt::timeline::{Host, Releases};
 
 type OneNode = Caps<1, 1, 8, 1, 1>;
@@ -55,6 +56,7 @@ fn a_panic_is_told_in_the_report_and_not_by_the_hook() {
         releases: vec![Releases { task, first_ns: 0, period_ns: Some(1_000_000) }],
         duration_ns: 4_000_000,
         drain_ns: 60_000_000_000,
+        stop: StopBy::Signals,
         tape: None,
         handlers: Arc::new(|_| Box::new(Panics)),
         enclose: Arc::new(|main| main()),

@@ -1,5 +1,5 @@
 //! Lanes under stress, best effort, for who watches from outside: a clock that releases, two threads that release
-//! besides, edits all the while, some runs that are stopped in the middle, and again. Every other run is recorded, by the
+//! besides and two that have errands run, edits all the while, some runs that are stopped in the middle, and again. Every other run is recorded, by the
 //! thread that writes logs.
 //!
 //! `RED_STRESS_ROUNDS=400` runs more often than the default.
@@ -16,8 +16,10 @@ use red_core::{
     Scheduler, TaskId, Timing, Wcet,
 };
 use red_record::{Header, Recorder, Writer};
+use red_rt::control::{AskError, Control, Errand};
 use red_rt::handler::{Failed, Handler, Work};
-use red_rt::runtime::{Control, Mode, Setup, run};
+use red_rt::runtime::{Mode, Setup, run};
+use red_rt::stop::StopBy;
 use red_rt::timeline::{Host, Releases};
 
 const LANES: usize = 2;
@@ -131,8 +133,8 @@ fn header() -> Header {
     }
 }
 
-/// One run; how many bodies ran, jobs ended, edits were made and inputs were recorded.
-fn round(stops: bool, is_recorded: bool) -> [u64; 4] {
+/// One run; how many bodies ran, jobs ended, edits were made, inputs were recorded and errands were run.
+fn round(stops: bool, is_recorded: bool) -> [u64; 5] {
     let mut scheduler = Box::new(Scheduler::<Small>::new(Config::REDRT.with_memory(Bytes(16))));
     scheduler.add_pool(1, None).expect("room for two pools");
     let timing = Timing::new(Duration::from_secs(5));
@@ -151,6 +153,7 @@ fn round(stops: bool, is_recorded: bool) -> [u64; 4] {
         releases: vec![Releases { task: by_clock, first_ns: 0, period_ns: Some(2_000_000) }],
         duration_ns: DURATION_NS,
         drain_ns: DRAIN_NS,
+        stop: StopBy::Signals,
         tape,
         handlers: Arc::new(move |lane| -> Box<dyn Handler> { Box::new(Body { seen: bodies.clone(), lane }) }),
         enclose: Arc::new(|main: Box<dyn FnOnce() + Send>| main()),
@@ -158,16 +161,41 @@ fn round(stops: bool, is_recorded: bool) -> [u64; 4] {
     let editor = Editor { task: by_clock, added: None, next_ns: EDIT_NS, edits: 0, ended: 0 };
     let done = Arc::new(AtomicBool::new(false));
     let mut outside = Vec::new();
-    let producers = |control: Arc<dyn Control>| {
-        for producer in 0..2 {
+    let producers = |control: Arc<dyn Control<Small>>| {
+        let asker = || {
+            let control = control.clone();
+            thread::spawn(move || {
+                let looks = Arc::new(AtomicU64::new(0));
+                let seen = looks.clone();
+                let mut errand: Errand<Small> = Box::new(move |scheduler, _| {
+                    let before = seen.load(Ordering::Relaxed);
+                    seen.store(before + u64::from(scheduler.lanes() == LANES), Ordering::Relaxed);
+                });
+                let mut asked = 0;
+                loop {
+                    match control.ask(errand) {
+                        Ok(back) => errand = back,
+                        Err(error) => {
+                            assert_eq!(error, AskError::Over);
+                            return asked;
+                        }
+                    }
+                    asked += 1;
+                    assert_eq!(looks.load(Ordering::Relaxed), asked, "an errand was lost, or ran twice");
+                }
+            })
+        };
+        for _ in 0..2 {
             let (control, done) = (control.clone(), done.clone());
             outside.push(thread::spawn(move || {
                 while !done.load(Ordering::Relaxed) {
                     // A box that is full says so.
-                    let _full = control.release(producer, from_outside);
+                    let _full = control.release(from_outside, None);
                     thread::yield_now();
                 }
+                0
             }));
+            outside.push(asker());
         }
     };
     let stop = |_| {
@@ -177,12 +205,12 @@ fn round(stops: bool, is_recorded: bool) -> [u64; 4] {
     };
     let (host, report) = run(setup, editor, producers, stop).expect("needs no rights");
     done.store(true, Ordering::Relaxed);
-    outside.into_iter().for_each(|thread| thread.join().expect("it only releases"));
+    let errands: u64 = outside.into_iter().map(|thread| thread.join().expect("it only asks")).sum();
     assert_eq!((report.hung, report.lanes_lost, report.events_dropped), (0, 0, 0), "{:?}", report.panics);
     assert!(report.panics.is_empty(), "{:?}", report.panics);
     let (log, failed) = writer.map(Writer::finish).unwrap_or_default();
     assert!(failed.is_none() && log.dropped == 0, "{log:?}, {failed:?}");
-    [seen.ran.load(Ordering::Relaxed), host.ended, host.edits, log.entries]
+    [seen.ran.load(Ordering::Relaxed), host.ended, host.edits, log.entries, errands]
 }
 
 #[test]
@@ -190,12 +218,14 @@ fn releases_edits_failures_and_stops_leave_lanes_whole() {
     let rounds = env::var("RED_STRESS_ROUNDS").ok();
     let rounds =
         rounds.map_or(ROUNDS, |asked| asked.parse().expect("RED_STRESS_ROUNDS is a number of rounds"));
-    let mut all = [0; 4];
+    let mut all = [0; 5];
     for number in 0..rounds {
         let seen = round(number % 3 == 2, number % 2 == 0);
         all.iter_mut().zip(seen).for_each(|(sum, more)| *sum += more);
     }
-    let [ran, ended, edits, inputs] = all;
-    println!("{rounds} rounds: {ran} bodies, {ended} jobs ended, {edits} edits, {inputs} inputs recorded");
+    let [ran, ended, edits, inputs, errands] = all;
+    println!(
+        "{rounds} rounds: {ran} bodies, {ended} jobs ended, {edits} edits, {inputs} inputs recorded, {errands} errands"
+    );
     assert!(!all.contains(&0));
 }

@@ -27,6 +27,7 @@ const PRIMITIVE: &str = "sync/src/primitive.rs";
 /// Protocols of the Linux host that the model checker drives; theirs come from `rt-linux/src/primitive.rs`.
 const PROTOCOLS: &[&str] = &[
     "rt-linux/src/bell.rs",
+    "rt-linux/src/errands.rs",
     "rt-linux/src/seat.rs",
     "rt-linux/src/slot.rs",
     "rt-linux/src/spares.rs",

@@ -8,6 +8,7 @@ use red_core::{Caps, Config, Event, Instant, Outcome, PoolId, Scheduler};
 use red_rt::clock::now_ns;
 use red_rt::handler::{Failed, Handler, Work};
 use red_rt::runtime::{Mode, Setup, run};
+use red_rt::stop::StopBy;
 use red_rt::timeline::{Host, Releases};
 
 use super::{Lateness, PERIOD};
@@ -53,6 +54,7 @@ fn on_a_lane(machine: &'static Machine, duration: Duration) -> Result<Lateness, 
         releases: vec![Releases { task, first_ns: period_ns, period_ns: Some(period_ns) }],
         duration_ns,
         drain_ns: period_ns,
+        stop: StopBy::Signals,
         tape: None,
         handlers: Arc::new(handlers),
         enclose: Arc::new(|main: Box<dyn FnOnce() + Send>| main()),

@@ -5,7 +5,7 @@ use super::record::LogSummary;
 use super::{Options, Robot};
 use crate::given_up::GivenUp;
 use red_core::{Instant, Scheduler, ShedReason};
-use red_rt::report::RunReport;
+use red_rt::report::{RunReport, Stopped};
 use red_workload::metrics::{TaskLog, TaskMetrics, summarise};
 use red_workload::model::Workload;
 use serde::Serialize;
@@ -149,7 +149,7 @@ pub(super) fn summary(
         preempt_rt: red_rt::preflight::is_preempt_rt(Path::new("/")),
         notes_dropped: notes.dropped + figures.events_dropped,
         record,
-        stopped_by: figures.stopped_by,
+        stopped_by: figures.stopped_by.and_then(Stopped::signal),
         gave_up: figures.gave_up.map(|surrender| surrender.to_string()),
         given_up: notes.logs.iter().map(|log| given_up(log, until.as_nanos(), end_ns)).collect(),
     }

@@ -5,9 +5,11 @@ use red_core::{
     Capacity, Caps, Config, Dag, Duration, Event, Instant, Node, Outcome, PoolId, Scheduler, TaskId, Timing,
     Wcet,
 };
+use red_rt::control::Control;
 use red_rt::handler::{Failed, Handler, Work};
 use red_rt::report::RunReport;
-use red_rt::runtime::{Control, Mode, Setup, run};
+use red_rt::runtime::{Mode, Setup, run};
+use red_rt::stop::StopBy;
 use red_rt::timeline::{Host, Releases};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -127,7 +129,7 @@ impl<B: Fn(usize, &Work) -> Result<(), Failed> + Send + Sync + 'static> Plan<B> 
     pub(crate) fn run<H: Host<TwoLanes> + 'static>(
         self,
         host: H,
-        started: impl FnOnce(Arc<dyn Control>, TaskId),
+        started: impl FnOnce(Arc<dyn Control<TwoLanes>>, TaskId),
         progress: impl FnMut(u64),
     ) -> Told<H> {
         let (scheduler, task) = chain(1);
@@ -145,6 +147,7 @@ impl<B: Fn(usize, &Work) -> Result<(), Failed> + Send + Sync + 'static> Plan<B> 
                 .collect(),
             duration_ns: self.duration_ns,
             drain_ns: self.drain_ns,
+            stop: StopBy::Signals,
             tape: None,
             handlers: Arc::new(move |number| {
                 Box::new(Lane { number, begin, body: body.clone(), ran: notes.clone() })

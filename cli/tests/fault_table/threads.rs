@@ -12,8 +12,8 @@ use red_bodies::plugin::{Host as PluginHost, Plugin};
 use red_bodies::{Body, Call};
 use red_core::{CommitError, Event, Instant, NodeId, Outcome, Scheduler, ShedReason, TaskId};
 use red_record::Recorder;
+use red_rt::control::{Control, Refused};
 use red_rt::handler::{Failed, Work};
-use red_rt::runtime::Control;
 use red_rt::stop::StopSignals;
 use red_rt::timeline::Host;
 use std::path::Path;
@@ -102,7 +102,7 @@ fn row_30_a_panic_in_a_body_fails_its_job_and_never_unwinds_into_c() {
 
 /// A host that releases and edits from inside of its callbacks, under the scheduler's lock.
 struct Reenters {
-    control: Arc<OnceLock<(Arc<dyn Control>, TaskId)>>,
+    control: Arc<OnceLock<(Arc<dyn Control<TwoLanes>>, TaskId)>>,
     released: u64,
     refused: u64,
     ended: u64,
@@ -137,7 +137,7 @@ impl Host<TwoLanes> for Reenters {
         self.ended += 1;
         if let Some((control, task)) = self.control.get().filter(|_| self.asked < 20) {
             self.asked += 1;
-            self.taken += u64::from(control.release(1, *task));
+            self.taken += u64::from(control.release(*task, None).is_ok());
         }
     }
 
@@ -146,14 +146,14 @@ impl Host<TwoLanes> for Reenters {
 
 #[test]
 fn row_32_a_callback_may_call_back_and_is_told_what_is_busy() {
-    let control: Arc<OnceLock<(Arc<dyn Control>, TaskId)>> = Arc::default();
+    let control: Arc<OnceLock<(Arc<dyn Control<TwoLanes>>, TaskId)>> = Arc::default();
     let (told, of_bodies) = (control.clone(), Arc::new(AtomicU64::new(0)));
     let (from_body, counted) = (control.clone(), of_bodies.clone());
     let body = move |_lane: usize, work: &Work| {
         // The first nodes of the jobs that came by the clock, so that it ends.
         if work.node.index() == 0 && work.job < 20 {
             let (control, task) = from_body.get().ok_or(Failed)?;
-            counted.fetch_add(u64::from(control.release(0, *task)), Ordering::Relaxed);
+            counted.fetch_add(u64::from(control.release(*task, None).is_ok()), Ordering::Relaxed);
         }
         Ok(())
     };
@@ -169,7 +169,7 @@ fn row_32_a_callback_may_call_back_and_is_told_what_is_busy() {
     assert_eq!((ended + refused, taken > 0, edits > 0, busy > 0), (released, true, true, true));
     // The run has ended: a call from outside is refused.
     let (control, task) = told.get().expect("it started");
-    assert!(!control.release(0, *task));
+    assert_eq!(control.release(*task, None), Err(Refused::Over));
 }
 
 extern "C" fn end_this_thread(_signal: i32) {

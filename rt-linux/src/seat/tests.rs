@@ -3,7 +3,10 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
 
-use red_core::{Action, Caps, Config, Dag, Duration, Instant, Node, NodeId, Scheduler, Timing, UnitId, Wcet};
+use red_core::{
+    Action, Caps, Config, Dag, Duration, Instant, LaneId, Node, NodeId, PoolId, Scheduler, Timing, UnitId,
+    Wcet,
+};
 
 use super::Seat;
 use crate::bell::Woken;
@@ -16,7 +19,8 @@ const FAR_NS: u64 = 20_000_000_000;
 
 /// Another work for every unit, so that a mixture of two shows.
 fn work(number: u64) -> Work {
-    Work { job: number, release_ns: number, wcet_ns: number, ..Work::default() }
+    let lane = UnitId::from_bits(number).lane();
+    Work { lane, job: number, release_ns: number, wcet_ns: number, ..Work::default() }
 }
 
 #[test]
@@ -32,6 +36,8 @@ fn every_word_of_the_work_arrives() {
     let largest = Work {
         task: 255,
         node: NodeId::new(255),
+        pool: PoolId::new(31),
+        lane: LaneId::new(31),
         job: u64::MAX,
         release_ns: u64::MAX - 1,
         deadline_ns: u64::MAX - 2,
@@ -43,7 +49,8 @@ fn every_word_of_the_work_arrives() {
     let seat = Seat::default();
     let works =
         [largest, Work { output: Some(0), ..largest }, Work { output: None, ..largest }, Work::default()];
-    for (unit, work) in (1..).map(UnitId::from_bits).zip(works) {
+    for (number, work) in (1_u64..).zip(works) {
+        let unit = UnitId::from_bits(number << 16 | work.lane.index() as u64);
         seat.hand(unit, &work);
         assert_eq!(seat.take(), Some((unit, work)));
         assert_eq!(seat.take(), None);

@@ -6,9 +6,11 @@ use std::thread;
 use std::time::{Duration, Instant as Clock};
 
 use red_core::{Caps, Config, Dag, Event, Instant, Node, Outcome, Scheduler, TaskId, Timing, Wcet};
+use red_rt::control::Control;
 use red_rt::handler::{Failed, Handler, Work};
 use red_rt::report::RunReport;
-use red_rt::runtime::{Control, Mode, Setup, run};
+use red_rt::runtime::{Mode, Setup, run};
+use red_rt::stop::StopBy;
 use red_rt::timeline::{Host, Releases};
 
 /// Room for another pool of one lane, which a test may add.
@@ -88,7 +90,7 @@ where
 {
     pub(crate) fn run(
         self,
-        started: impl FnOnce(Arc<dyn Control>, TaskId),
+        started: impl FnOnce(Arc<dyn Control<OneNode>>, TaskId),
         progress: impl FnMut(u64),
     ) -> (Counted, RunReport) {
         let (setup, task) = self.setup();
@@ -109,6 +111,7 @@ where
             releases: vec![Releases { task, first_ns: 0, period_ns: Some(PERIOD_NS) }],
             duration_ns: self.duration_ns,
             drain_ns: self.drain_ns,
+            stop: StopBy::Signals,
             tape: None,
             handlers: Arc::new(move |_| Box::new(Does { begin: begin.clone(), body: body.clone() })),
             enclose: Arc::new(|main| main()),

@@ -9,9 +9,11 @@ use crate::rights::PRIORITY;
 use crate::workload::Drawn;
 use red_core::{Empty, Scheduler, TaskId};
 use red_record::{Header, Writer};
+use red_rt::control::Control;
 use red_rt::handler::Handler;
 use red_rt::placement::{choose_cpus, usable_cpus};
-use red_rt::runtime::{Control, Mode, Setup, run};
+use red_rt::runtime::{Mode, Setup, run};
+use red_rt::stop::StopBy;
 use red_rt::timeline::Releases;
 use red_tests::rng::Rng;
 use red_workload::build::{self, Plan};
@@ -89,6 +91,7 @@ pub(crate) fn episode(drawn: &Drawn, to: Conditions, log: &Path) -> Result<(Coun
         releases: by_clock.clone(),
         duration_ns: to.length.as_nanos() as u64,
         drain_ns: DRAIN.as_nanos() as u64,
+        stop: StopBy::Signals,
         tape: Some(tape),
         handlers: Arc::new(handlers),
         enclose: Arc::new(move |main: Box<dyn FnOnce() + Send>| {
@@ -100,11 +103,11 @@ pub(crate) fn episode(drawn: &Drawn, to: Conditions, log: &Path) -> Result<(Coun
     let over = Arc::new(AtomicBool::new(false));
     let accepted = Arc::new(AtomicU64::new(0));
     let mut outside = Vec::new();
-    let started = |control: Arc<dyn Control>| {
+    let started = |control: Arc<dyn Control<Robot>>| {
         outside = (0..PRODUCERS)
             .map(|producer| {
                 let rng = Rng::new(seed.wrapping_add(producer));
-                burst(producer as usize, &control, &tasks, rng, &over, &accepted)
+                burst(&control, &tasks, rng, &over, &accepted)
             })
             .collect();
     };
@@ -206,8 +209,7 @@ fn made_by_clock(releases: &[Releases], length: Duration) -> u64 {
 
 /// Releases from a thread that is no lane, in bursts, until the run is over.
 fn burst(
-    producer: usize,
-    control: &Arc<dyn Control>,
+    control: &Arc<dyn Control<Robot>>,
     tasks: &[TaskId],
     mut rng: Rng,
     over: &Arc<AtomicBool>,
@@ -217,9 +219,9 @@ fn burst(
     thread::spawn(move || {
         while !over.load(Ordering::Relaxed) {
             for _ in 0..rng.index(BURST) {
-                // `false`: its box is full, or the run is over.
-                let taken = control.release(producer, tasks[rng.index(tasks.len())]);
-                accepted.fetch_add(taken.into(), Ordering::Relaxed);
+                // Refused where its box is full, or the run is over.
+                let taken = control.release(tasks[rng.index(tasks.len())], None);
+                accepted.fetch_add(taken.is_ok().into(), Ordering::Relaxed);
             }
             thread::sleep(Duration::from_millis(rng.within(1, 200)));
         }

@@ -6,6 +6,7 @@ use crate::workload::Drawn;
 use red_rt::handler::Handler;
 use red_rt::report::Surrender;
 use red_rt::runtime::{Mode, Setup, run};
+use red_rt::stop::StopBy;
 use std::sync::Arc;
 use std::thread;
 
@@ -23,6 +24,7 @@ fn quiet() -> RunReport {
         releases: Vec::new(),
         duration_ns: 1_000_000,
         drain_ns: 0,
+        stop: StopBy::Signals,
         tape: None,
         handlers: Arc::new(bodies),
         enclose: Arc::new(|main: Box<dyn FnOnce() + Send>| main()),
