@@ -92,8 +92,7 @@ crate::capacity::values! {
         pub overload: Overload,
         /// Whether a task that does not fit is refused.
         pub admission: Admission,
-        /// Whether a waiting node takes the lane of a running one with a larger key. For hosts whose lanes can
-        /// give a unit back.
+        /// Whether a waiting node takes the lane of a running one with a larger key, where lanes give units back.
         pub preempt: bool,
     }
 }

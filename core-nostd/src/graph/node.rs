@@ -107,6 +107,16 @@ impl Node {
         self.wcet
     }
 
+    /// Its best-case execution time.
+    pub const fn best(&self) -> Duration {
+        self.best
+    }
+
+    /// The delay that co-runners can add, if it is atomic.
+    pub const fn contention(&self) -> Option<Contention> {
+        if self.atomic { Some(self.contention) } else { None }
+    }
+
     /// Its footprint.
     pub const fn footprint(&self) -> Bytes {
         self.memory

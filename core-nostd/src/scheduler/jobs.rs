@@ -48,8 +48,7 @@ crate::capacity::stored! {
         pub(super) at: Instant,
         /// By rank: predecessors that are not done.
         pub(super) waiting_for: C::Nodes<u8>,
-        /// Ready: how often it was overtaken for memory. Running: lane. Done encoder: output plus one, 0 if it is
-        /// nowhere.
+        /// Ready: how often it was overtaken for memory. Running: lane. Done encoder: output plus one, or 0.
         pub(super) place: C::Nodes<u8>,
     }
 }

@@ -85,8 +85,7 @@ impl<C: Capacity> Scheduler<C> {
         }
     }
 
-    /// When `poll` has something to decide even if nothing happens. May change after every other call. Time
-    /// bound: O(jobs + lanes).
+    /// When `poll` has to decide even if nothing happens; any other call may change it. Time bound: O(jobs + lanes).
     #[must_use]
     pub fn poll_at(&self) -> Option<Instant> {
         let late = self.slots().map(|slot| self.late_at(slot)).min();
@@ -103,8 +102,7 @@ impl<C: Capacity> Scheduler<C> {
         self.look_now();
     }
 
-    /// What started, or went to make room, made jobs longer: the next event looks at them, or the next tick if that
-    /// is earlier.
+    /// What started, or went to make room, made jobs longer: the next event or tick looks at them.
     pub(super) fn look_soon(&mut self, is_longer: impl Fn(&Self, usize) -> bool) {
         if self.config.shed != Shed::Hopeless {
             return;
