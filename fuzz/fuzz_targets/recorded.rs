@@ -67,6 +67,7 @@ pub fn header() -> Header {
         file: String::new(),
         format: "toml".into(),
         workload: String::new(),
+        config: None,
     }
 }
 

@@ -11,6 +11,7 @@
 mod codes;
 mod figures;
 mod polls;
+mod set_up;
 mod turn;
 
 use crate::entry::{Answer, Call, Entry, back, then};
@@ -18,6 +19,7 @@ use crate::tape::Chunk;
 use codes::{COMMIT, RELEASE, REPORT, code, result, tag};
 use figures::{bits, numbers, put_outcome, take_end, take_outcome};
 use red_core::{Instant, JobId, LaneId, TaskId, UnitId};
+pub(crate) use set_up::Told;
 
 /// Words that are written for one entry at most: what was held back, its time, its head and the end of the run.
 pub(crate) const LONGEST: usize = 13;
@@ -154,7 +156,7 @@ impl Books {
                 numbers(&end).into_iter().for_each(|number| out.more(number));
             }
             // No call has another's answer: `Recorder` makes the pairs.
-            _ => {}
+            (call, answer) => set_up::put(&call, &answer, step, out),
         }
     }
 
@@ -214,6 +216,7 @@ impl Books {
             tag::RETIRE => asked.map(|lane| (Call::Retire(lane), yes)),
             tag::RESTORE => asked.map(|lane| (Call::Restore(lane), yes)),
             tag::REMOVE => bits(next()?).map(|task| (Call::Remove(TaskId::from_bits(task)), yes)),
+            tag::SET_UP => set_up::take(word & 0xFFF_FFFF, next)?,
             tag::END => Some((Call::End, Answer::End(take_end(next)?))),
             _ => None,
         };
