@@ -6,7 +6,8 @@
 //! ```
 //!
 //! A unit is expected when it is the next one of the scheduler (dispatched), or the last one of its lane (reported);
-//! both sides keep the same books. Whatever is not expected follows in words of its own.
+//! both sides keep the same books. Whatever is not expected follows in words of its own, and so does all of a set-up call
+//! (`set_up.rs`).
 
 mod codes;
 mod figures;
