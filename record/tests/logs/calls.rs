@@ -103,6 +103,16 @@ fn one<C: Capacity>(node: Node) -> Dag<C> {
     dag
 }
 
+/// As many nodes as there may be; the first leads to all others.
+fn widest<C: Capacity>() -> Dag<C> {
+    let mut dag = one(Node::new(Wcet::ZERO));
+    while let Ok(node) = dag.add_node(Node::new(Wcet::from_nanos(1))) {
+        dag.add_edge(NodeId::new(0), node).expect("no cycle");
+    }
+    assert_eq!(dag.len(), C::NODES);
+    dag
+}
+
 /// The task's graph with a node more.
 fn more<C: Capacity>(host: &Recorder<'_, C>, task: TaskId, node: Node) -> Dag<C> {
     let mut edit = Scheduler::edit(host, task).expect("the task is there");
@@ -128,14 +138,14 @@ fn set_up<C: Capacity>(host: &mut Recorder<'_, C>) -> [TaskId; 2] {
     assert_eq!(refused(&one(ms(1).in_pool(PoolId::new(9))), due(9)), AddTaskError::UnknownPool);
     assert_eq!(refused(&one(ms(1).memory(Bytes(1_001))), due(9)), AddTaskError::Memory);
     assert_eq!(refused(&one(ms(10)), due(9)), AddTaskError::Unschedulable);
-    let mut all = Vec::new();
+    let mut all = vec![host.add_task(&widest(), due(30)).expect("room")];
     while let Ok(task) = host.add_task(&one(ms(1)), due(30).floor(5, 1_000)) {
         all.push(task);
     }
     assert_eq!(all.len() + 2, C::TASKS);
     // One place has another task from then on.
-    assert!(host.remove_task(all[0], at(0)));
-    assert_ne!(host.add_task(&one(ms(2)), due(30)).expect("room"), all[0]);
+    assert!(host.remove_task(all[1], at(0)));
+    assert_ne!(host.add_task(&one(ms(2)), due(30)).expect("room"), all[1]);
     tasks.map(|task| task.expect("room"))
 }
 
@@ -214,6 +224,15 @@ fn everything<C: Capacity>(name: &str) -> Vec<u8> {
         let tasks = set_up(host);
         let next = change(host, tasks);
         assert!(!host.remove_task(tasks[1], at(2)));
+        // All nodes of the widest graph run, so that what follows knows of each.
+        let wide = TaskId::from_bits(2);
+        host.release_at(wide, at(2), None, at(2)).expect("room");
+        let mut nodes = 0;
+        while let Some(Action::Dispatch(start)) = host.poll_on(LaneId::new(0), at(2)) {
+            host.complete(start.unit, at(2)).expect("it runs");
+            nodes += 1;
+        }
+        assert_eq!(nodes, C::NODES);
         let refusals = run(host, [tasks[0], next], 400);
         for expected in [None, Some(CommitError::Busy)] {
             assert!(refusals.contains(&expected), "{expected:?} among {refusals:?}");
