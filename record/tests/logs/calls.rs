@@ -4,8 +4,8 @@ use crate::ends::{blocks, totals_at};
 use crate::{Scratch, recorded};
 use red_core::{
     Action, AddTaskError, Admission, Bytes, Capacity, CommitError, Config, Contention, Dag, Duration, Empty,
-    Frame, Instant, LaneId, Node, NodeId, PoolError, PoolId, Scheduler, SensorError, SensorId, TaskId,
-    Timing, UnitId, Wcet,
+    Frame, Instant, LaneId, Node, NodeId, PoolError, PoolId, Scheduler, SensorError, SensorId, ShedReason,
+    TaskId, Timing, UnitId, Wcet,
 };
 use red_record::class::{self, ForClass, Large, Medium, Small, with_class};
 use red_record::{
@@ -229,6 +229,8 @@ fn everything<C: Capacity>(name: &str) -> Vec<u8> {
         host.release_at(wide, at(2), None, at(2)).expect("room");
         let mut nodes = 0;
         while let Some(Action::Dispatch(start)) = host.poll_on(LaneId::new(0), at(2)) {
+            let waits = nodes > 0 || host.poll_on(LaneId::new(1), at(2)).is_none();
+            assert!(waits, "all others come after the first");
             host.complete(start.unit, at(2)).expect("it runs");
             nodes += 1;
         }
@@ -257,6 +259,40 @@ fn a_run_that_was_set_up_by_calls_is_replayed_without_a_difference_in_every_clas
         // All but those that take an outcome without a poll, and changes with a number.
         assert_eq!(calls.len(), 14, "{capacities:?}");
     }
+}
+
+/// Lanes that get more than they can do from three tasks, of which one is worth more and one has a floor.
+fn overloaded(host: &mut Recorder<'_, Small>) {
+    let timings = [due(30), due(30).value(9), due(30).floor(1, 4)];
+    let tasks = timings.map(|timing| host.add_task(&one(ms(8)), timing).expect("room"));
+    let (mut running, mut shed) = (Vec::new(), [0; 3]);
+    for now in 0..600 {
+        for (unit, _) in running.extract_if(.., |(_, until)| *until <= now) {
+            let _late = host.complete(unit, at(now));
+        }
+        for task in tasks.into_iter().filter(|_| matches!(now % 11, 0 | 6)) {
+            _ = host.release_at(task, at(now), None, at(now));
+        }
+        while let Some(action) = host.poll(at(now)) {
+            match action {
+                Action::Dispatch(start) => running.push((start.unit, now + 4)),
+                Action::Ended(outcome) if outcome.shed == Some(ShedReason::Overload) => {
+                    shed[outcome.task.index()] += 1;
+                }
+                _ => {}
+            }
+        }
+    }
+    host.end(at(600));
+    let [plain, worth, kept] = shed;
+    assert!(plain > kept && kept > worth, "{shed:?}");
+}
+
+#[test]
+fn what_tasks_are_worth_and_their_floors_are_those_that_were_recorded() {
+    let log = log_of::<Small>("worth", overloaded);
+    let found = again(&log).unwrap();
+    assert!(found.difference.is_none(), "{:?}", found.difference);
 }
 
 #[test]
