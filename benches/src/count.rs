@@ -8,7 +8,7 @@ use std::process::Command;
 use crate::graphs::{Body, Graph};
 use crate::machine::Machine;
 use crate::not_run::NotRun;
-use crate::peers::{ONE_LANE, Setup};
+use crate::peers::{ONE_LANE, Setup, THROUGH_ABI};
 
 /// First argument of the mode in which this executable is what callgrind counts.
 pub(crate) const MODE: &str = "count";
@@ -20,7 +20,7 @@ pub(crate) const MODE: &str = "count";
 /// What is wrong with the arguments, or why the contestant did not run.
 pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
     let [name, graph, runs] = arguments else { return Err("expected: contestant graph runs".to_owned()) };
-    let contestant = ONE_LANE.iter().find(|contestant| contestant.name == name);
+    let contestant = ONE_LANE.iter().chain(THROUGH_ABI).find(|contestant| contestant.name == name);
     let contestant = contestant.ok_or_else(|| format!("no contestant {name:?}"))?;
     let graph = Graph::named(graph).ok_or_else(|| format!("no graph {graph:?}"))?;
     let runs = runs.parse().map_err(|error| format!("runs {runs:?}: {error}"))?;

@@ -1,5 +1,6 @@
 //! RED as a contestant: the core driven as a host drives it.
 
+mod abi;
 mod frame;
 mod lanes;
 mod one_lane;
@@ -57,6 +58,16 @@ pub(crate) fn recorded(setup: &Setup<'_>) -> Result<Runner, NotRun> {
 pub(crate) fn not_recorded(setup: &Setup<'_>) -> Result<Runner, NotRun> {
     use recorded::build;
     fitted!(build, setup, lanes 1, events 0, false)
+}
+
+/// One lane of the largest class of the C ABI, called from Rust.
+pub(crate) fn from_rust(setup: &Setup<'_>) -> Result<Runner, NotRun> {
+    abi::from_rust(setup)
+}
+
+/// The same calls through the C ABI.
+pub(crate) fn through_abi(setup: &Setup<'_>) -> Result<Runner, NotRun> {
+    abi::build(setup)
 }
 
 /// Two lanes under one lock.

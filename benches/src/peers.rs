@@ -88,6 +88,13 @@ pub(crate) const NOT_RECORDED: &str = "not recorded";
 pub(crate) const RECORDED: &[Contestant] =
     &[Contestant::peer(NOT_RECORDED, ours::not_recorded), Contestant::ours("recorded", ours::recorded)];
 
+/// The reference of what the C ABI costs.
+pub(crate) const FROM_RUST: &str = "from Rust";
+
+/// One lane, called from Rust and through the C ABI.
+pub(crate) const THROUGH_ABI: &[Contestant] =
+    &[Contestant::peer(FROM_RUST, ours::from_rust), Contestant::ours("through the C ABI", ours::through_abi)];
+
 fn ideal(setup: &Setup<'_>) -> Result<Runner, NotRun> {
     let (body, bodies) = (setup.body, setup.graph.makespan(setup.lanes));
     Ok(timed(move |runs| (0..runs * bodies).for_each(|node| body.run(node))))

@@ -13,7 +13,8 @@ use crate::handoff;
 use crate::machine::Machine;
 use crate::measure::{Plan, Row, interleave};
 use crate::peers::{
-    Contestant, EMBASSY, IDEAL, NOT_RECORDED, ONE_LANE, RECORDED, RELEASED_FROM_OUTSIDE, Setup, TWO_LANES,
+    Contestant, EMBASSY, FROM_RUST, IDEAL, NOT_RECORDED, ONE_LANE, RECORDED, RELEASED_FROM_OUTSIDE, Setup,
+    THROUGH_ABI, TWO_LANES,
 };
 use crate::queue;
 use crate::table::{Must, Outcome, Table};
@@ -35,6 +36,7 @@ pub(crate) const SECTIONS: &[Section] = &[
     ("instructions", instructions),
     ("lanes", lanes),
     ("record", record),
+    ("abi", abi),
     ("frame", frame),
     ("handoff", handoff),
     ("timer", timer),
@@ -125,6 +127,20 @@ fn record(bench: &Bench) -> Outcome {
         reference: NOT_RECORDED,
         must: &[Must::Over { ratio: 1.01, figure: 8.0 }],
         rows: field(RECORDED, &setup, &plan),
+    }
+    .print()
+}
+
+fn abi(bench: &Bench) -> Outcome {
+    let Some(graph) = Graph::named("layered256") else { return Outcome::default() };
+    let setup = Setup { graph: &graph, lanes: 1, body: Body::EMPTY, machine: bench.machine };
+    let plan = Plan { rounds: bench.rounds(), samples: 9, runs: 64, units: graph.nodes() };
+    Table {
+        title: "layered256 through the C ABI, one lane, empty bodies".to_owned(),
+        unit: "ns/node",
+        reference: FROM_RUST,
+        must: &[Must::Ratio(1.10)],
+        rows: field(THROUGH_ABI, &setup, &plan),
     }
     .print()
 }

@@ -145,8 +145,7 @@ pub trait Capacity: Copy + core::fmt::Debug + Send + Sync + 'static {
 
 /// The capacities of one scheduler, in its type.
 ///
-/// `WORDS` is `NODES.div_ceil(64)`: a set of nodes is that many 64-bit words, so 64 nodes cost one word. Powers of
-/// two are fastest.
+/// `WORDS` is `NODES.div_ceil(64)`: a set of nodes is that many 64-bit words. Powers of two are fastest.
 ///
 /// ```
 /// use red_core::{Caps, Scheduler};

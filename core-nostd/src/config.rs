@@ -92,7 +92,7 @@ crate::capacity::values! {
         pub overload: Overload,
         /// Whether a task that does not fit is refused.
         pub admission: Admission,
-        /// Whether a waiting node takes the lane of a running one with a larger key, where lanes give units back.
+        /// Whether a waiting node takes the lane of a running one with a larger key, which the host gives back.
         pub preempt: bool,
     }
 }

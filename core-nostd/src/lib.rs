@@ -14,8 +14,7 @@
 //! 6. go to 1.
 //!
 //! Modules in layers, each of which uses its own and those before it: words (`time`, `id`, `capacity`, `fmt`,
-//! `error`); `graph`; `deadlines` and `analysis`; `ready_queue`; `policy` and `config`; `scheduler`, the state
-//! machine.
+//! `error`); `graph`; `deadlines` and `analysis`; `ready_queue`; `policy` and `config`; `scheduler`.
 #![cfg_attr(not(test), no_std)]
 #![forbid(unsafe_code)]
 

@@ -112,9 +112,9 @@ impl Node {
         self.best
     }
 
-    /// The delay that co-runners can add, if it is atomic.
-    pub const fn contention(&self) -> Option<Contention> {
-        if self.atomic { Some(self.contention) } else { None }
+    /// Whether it keeps its lane once it has started.
+    pub const fn is_atomic(&self) -> bool {
+        self.atomic
     }
 
     /// Its footprint.

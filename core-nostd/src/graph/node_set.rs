@@ -67,6 +67,7 @@ impl<C: Capacity> NodeSet<C> {
     }
 
     /// Calls `f` for each element, smallest first.
+    #[inline(always)]
     pub fn each(&self, mut f: impl FnMut(usize)) {
         (0..Self::WORDS).for_each(|w| bits(self.0[w]).for_each(|bit| f(w * 64 + bit)));
     }

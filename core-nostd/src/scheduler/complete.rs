@@ -11,8 +11,7 @@ use core::hint::cold_path;
 crate::error::errors! {
     /// A report was refused.
     pub enum CompleteError {
-        /// The unit was reported before, or its lane was given to another: the host reported twice. Nothing
-        /// changed.
+        /// The unit was reported before, or its lane is another's: the host reported twice. Nothing changed.
         Stale,
         /// No such unit was ever dispatched: the host made the handle up. Nothing changed.
         NotRunning,

@@ -8,6 +8,7 @@ use crate::time::Instant;
 
 crate::capacity::values! {
     /// What happened.
+    #[repr(u8)] // The first one is zero bits, which a niche of the reason would not be.
     #[non_exhaustive]
     pub enum EventKind {
         /// A job was released.

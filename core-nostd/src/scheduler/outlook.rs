@@ -1,7 +1,8 @@
 //! How much of a job is left: longest remaining path, remaining work, the residual key.
 //!
-//! *Rule.* One reverse topological pass over nodes that are not done; a running one counts what is left of it.
-//! In the best case an encoder whose result is kept counts 0, and one whose key is running ends with that unit.
+//! *Rule.* One reverse topological pass over nodes that are not done. A running node counts what is left of
+//! it. In the best case an encoder whose result is kept counts 0, and one whose key is running ends with that
+//! unit, whatever it would take itself.
 //! *Why the best case is a proof.* No schedule can end a job before now plus its longest path at best-case
 //! costs, so a job for which that is after the deadline is lost whatever is done.
 
@@ -103,7 +104,7 @@ impl<C: Capacity> Scheduler<C> {
         (&task.nodes[node], &task.estimates[node])
     }
 
-    /// Best case of a rank in nanoseconds, at most its cost, so that "on time at WCET" implies "on time at best".
+    /// Best case of a rank, in nanoseconds; never above its cost, so that on time at WCET is on time at best.
     pub(super) fn best_case(&self, slot: usize, rank: usize) -> u64 {
         let (node, window) = self.history(slot, rank);
         let is_observed = self.config.best_case == BestCase::Observed;

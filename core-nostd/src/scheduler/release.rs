@@ -9,13 +9,11 @@ use crate::time::Instant;
 use core::hint::cold_path;
 
 crate::error::errors! {
-    /// A release was refused. Nothing changed; the host counts the job as shed with the reason `full` where that
-    /// is the variant.
+    /// A release was refused. Nothing changed; on `Full` the host counts the job as shed with that reason.
     pub enum ReleaseError {
         /// The task is not admitted, or was removed.
         UnknownTask,
-        /// `C::JOBS` jobs are in flight, or have ended and their outcomes wait to be taken. The job's index is used
-        /// up.
+        /// `C::JOBS` jobs are in flight, or have ended and wait to be taken. The job's index is used up.
         Full,
         /// The release, or its deadline, lies beyond 2^63 ns.
         Overflow,

@@ -176,11 +176,11 @@ fn node_words(place: NodeId, node: &Node) -> [u64; MOST] {
         }
         Role::Decoder => (2, 0),
     };
-    let contention = node.contention();
     let place = place.index() as u64 | (node.pool().index() as u64) << 8;
-    let short = place | role << 16 | u64::from(contention.is_some()) << 18 | frame;
-    let contention = contention.map_or(0, Contention::as_nanos);
-    [node.wcet().as_nanos(), node.best().as_nanos(), contention, node.footprint().0, short]
+    let short = place | role << 16 | u64::from(node.is_atomic()) << 18 | frame;
+    // In a graph no cost saturates.
+    let (wcet, contention) = (node.wcet().as_nanos(), node.cost() - node.wcet().as_nanos());
+    [wcet, node.best().as_nanos(), contention, node.footprint().0, short]
 }
 
 fn node(&[wcet, best, contention, memory, short]: &[u64; MOST]) -> Call {

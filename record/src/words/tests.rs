@@ -63,7 +63,7 @@ fn set_up() -> Vec<Entry> {
             Node::new(wcet).best_case(Duration::from_nanos(3)).memory(Bytes(4)).in_pool(PoolId::new(9)),
         ),
         node(3, Node::new(wcet).atomic(Contention::ZERO)),
-        node(3, Node::decoder(wcet).atomic(Contention::from_nanos(u64::MAX))),
+        node(3, Node::decoder(Wcet::ZERO).atomic(Contention::from_nanos(u64::MAX))),
         node(4, Node::shared_encoder(wcet, frame(None))),
         node(4, Node::shared_encoder(wcet, frame(Some(0)))),
         node(4, Node::shared_encoder(wcet, frame(Some(255))).in_pool(PoolId::new(255))),

@@ -50,7 +50,7 @@ mod entry {
         fn Node_pool(node: &Node) -> PoolId { node.pool() }
         fn Node_wcet(node: &Node) -> Wcet { node.wcet() }
         fn Node_best(node: &Node) -> Duration { node.best() }
-        fn Node_contention(node: &Node) -> Option<Contention> { node.contention() }
+        fn Node_is_atomic(node: &Node) -> bool { node.is_atomic() }
         fn Node_footprint(node: &Node) -> Bytes { node.footprint() }
         fn UnitId_lane(unit: UnitId) -> LaneId { unit.lane() }
         fn UnitId_node(unit: UnitId) -> NodeId { unit.node() }

@@ -1,0 +1,1812 @@
+/* RED: real-time scheduling of DAGs of neural networks. The C ABI; made by `cargo xtask header`.
+ *
+ * Rules of every function (docs/c-abi.md has them in full):
+ * - It returns a red_status. Outputs come last, are checked before anything happens, and are written on RED_OK only.
+ * - No pointer may be NULL, but that of an array of length 0. A wrong one is a status where it can be seen.
+ * - `const` in front of the object means: may be called by several threads at once, while nobody changes the object.
+ * - Times are nanoseconds of one clock that the caller chooses; what the runtime takes and gives is CLOCK_MONOTONIC.
+ * - "Real time: yes" means: no allocation, no system call, no waiting, a bound on the time.
+ */
+
+
+#ifndef RED_H
+#define RED_H
+
+#include <stddef.h>
+#include <stdint.h>
+#define RED_OK RED_STATUS_OK
+
+
+/**
+ * Alignment of all memory that is lent to this library.
+ */
+#define RED_ALIGN 64
+
+/**
+ * Bytes of a scheduler of 4 tasks of 16 nodes and 16 jobs in flight; 4 lanes in 2 pools, 64 events.
+ */
+#define RED_SCHEDULER_4X16X16_BYTES 20480
+
+/**
+ * Bytes of a graph for that scheduler.
+ */
+#define RED_DAG_4X16X16_BYTES 2048
+
+/**
+ * Bytes of a scheduler of 8 tasks of 64 nodes and 32 jobs in flight; 8 lanes in 4 pools, 256 events.
+ */
+#define RED_SCHEDULER_8X64X32_BYTES 131072
+
+/**
+ * Bytes of a graph for that scheduler.
+ */
+#define RED_DAG_8X64X32_BYTES 8192
+
+/**
+ * Bytes of a scheduler of 16 tasks of 256 nodes and 64 jobs in flight; 32 lanes in 32 pools, 1,024 events.
+ */
+#define RED_SCHEDULER_16X256X64_BYTES 1048576
+
+/**
+ * Bytes of a graph for that scheduler.
+ */
+#define RED_DAG_16X256X64_BYTES 32768
+
+/**
+ * Version of the ABI that this header is of. A library of another one refuses every struct.
+ */
+#define RED_ABI_VERSION 1
+
+/**
+ * In the place of a number: none.
+ */
+#define RED_NONE UINT32_MAX
+
+/**
+ * In the place of a time, a budget or a capture: none; nothing to wait for; unlimited; the job's own.
+ */
+#define RED_NONE_64 UINT64_MAX
+
+/**
+ * How a call ended. Nothing has changed unless it is RED_STATUS_OK, or the function says otherwise.
+ */
+enum red_status
+#ifdef __cplusplus
+  : int32_t
+#endif // __cplusplus
+ {
+  /**
+   * Done.
+   */
+  RED_STATUS_OK = 0,
+  /**
+   * A pointer is NULL: give one.
+   */
+  RED_STATUS_NULL_POINTER = 1,
+  /**
+   * An address is not aligned for its type: use alignas, or the alignment that the header says.
+   */
+  RED_STATUS_MISALIGNED = 2,
+  /**
+   * Memory or an array is too short: the header says the size, or the count that was written.
+   */
+  RED_STATUS_TOO_SHORT = 3,
+  /**
+   * Struct_size is not that of any version: begin with the INIT macro of the struct.
+   */
+  RED_STATUS_STRUCT_SIZE = 4,
+  /**
+   * Abi_version is another one: build against the header of the library that is loaded.
+   */
+  RED_STATUS_VERSION = 5,
+  /**
+   * A field that this library does not know is not zero: the header is newer than the library.
+   */
+  RED_STATUS_UNKNOWN_FIELD = 6,
+  /**
+   * The handle was closed, or never opened.
+   */
+  RED_STATUS_CLOSED = 7,
+  /**
+   * The handle is of another copy of this library, or made up.
+   */
+  RED_STATUS_FOREIGN = 8,
+  /**
+   * The handle is of something else: a graph is no scheduler.
+   */
+  RED_STATUS_OTHER_KIND = 9,
+  /**
+   * Graph and scheduler are of different capacity classes.
+   */
+  RED_STATUS_OTHER_CLASS = 10,
+  /**
+   * Another call on it goes on: from another thread, a callback or a signal handler; call again later.
+   */
+  RED_STATUS_BUSY = 11,
+  /**
+   * The memory overlaps with that of something open.
+   */
+  RED_STATUS_OVERLAP = 12,
+  /**
+   * A number is outside of its enumeration or range.
+   */
+  RED_STATUS_OUT_OF_RANGE = 13,
+  /**
+   * An array is longer than anything that could be meant.
+   */
+  RED_STATUS_TOO_LONG = 14,
+  /**
+   * As many handles are open as there may be: close one.
+   */
+  RED_STATUS_TOO_MANY_OPEN = 15,
+  /**
+   * A bug of this library: report it; what was called is closed.
+   */
+  RED_STATUS_INTERNAL = 16,
+  /**
+   * The capacity class has no room for another node.
+   */
+  RED_STATUS_NODES_FULL = 20,
+  /**
+   * The sum of all costs would not fit 64 bits.
+   */
+  RED_STATUS_WORK_OVERFLOW = 21,
+  /**
+   * The edge would close a cycle.
+   */
+  RED_STATUS_CYCLE = 22,
+  /**
+   * The edge is there already.
+   */
+  RED_STATUS_DUPLICATE_EDGE = 23,
+  /**
+   * A decoder reads the result of one encoder: make a node that fuses several an ordinary one.
+   */
+  RED_STATUS_SECOND_ENCODER = 24,
+  /**
+   * No such node in this graph.
+   */
+  RED_STATUS_UNKNOWN_NODE = 25,
+  /**
+   * No such edge in this graph.
+   */
+  RED_STATUS_UNKNOWN_EDGE = 26,
+  /**
+   * A stage needs at least one decoder.
+   */
+  RED_STATUS_NO_DECODER = 27,
+  /**
+   * The capacity class has no room for another task.
+   */
+  RED_STATUS_TASKS_FULL = 40,
+  /**
+   * The graph has no node.
+   */
+  RED_STATUS_EMPTY_GRAPH = 41,
+  /**
+   * A deadline is 1 ns to 2^62 ns.
+   */
+  RED_STATUS_DEADLINE = 42,
+  /**
+   * No such pool: add it first.
+   */
+  RED_STATUS_UNKNOWN_POOL = 43,
+  /**
+   * A node, or an encoder and one of its decoders together, needs more memory than its pool has.
+   */
+  RED_STATUS_MEMORY = 44,
+  /**
+   * The certificate does not fit, and admission is enforced.
+   */
+  RED_STATUS_UNSCHEDULABLE = 45,
+  /**
+   * No such task, or it was removed.
+   */
+  RED_STATUS_UNKNOWN_TASK = 46,
+  /**
+   * Another commit came between: begin the edit again.
+   */
+  RED_STATUS_CONFLICT = 47,
+  /**
+   * The graph before the current one still has jobs: commit again when they have ended.
+   */
+  RED_STATUS_DRAINING = 48,
+  /**
+   * A pool needs at least one lane.
+   */
+  RED_STATUS_NO_LANE = 49,
+  /**
+   * The capacity class has no room for another pool, or for so many lanes.
+   */
+  RED_STATUS_POOLS_FULL = 50,
+  /**
+   * A period is at least 1 ns.
+   */
+  RED_STATUS_ZERO_PERIOD = 51,
+  /**
+   * The capacity class has no room for another sensor.
+   */
+  RED_STATUS_SENSORS_FULL = 52,
+  /**
+   * No such sensor: add it first.
+   */
+  RED_STATUS_UNKNOWN_SENSOR = 53,
+  /**
+   * No such lane, or it is not as this call needs it.
+   */
+  RED_STATUS_UNKNOWN_LANE = 54,
+  /**
+   * As many jobs are in flight as the capacity class has room for: count it as shed.
+   */
+  RED_STATUS_JOBS_FULL = 60,
+  /**
+   * The release, or its deadline, lies beyond 2^63 ns.
+   */
+  RED_STATUS_TIME_OVERFLOW = 61,
+  /**
+   * The unit was reported before.
+   */
+  RED_STATUS_STALE = 62,
+  /**
+   * No such unit was ever dispatched.
+   */
+  RED_STATUS_NOT_RUNNING = 63,
+  /**
+   * The unit's jobs had been given up meanwhile; it is counted, and its lane is free.
+   */
+  RED_STATUS_LATE = 64,
+  /**
+   * No such job in flight.
+   */
+  RED_STATUS_UNKNOWN_JOB = 65,
+};
+#ifndef __cplusplus
+typedef int32_t red_status;
+#endif // __cplusplus
+
+/**
+ * The named configurations.
+ */
+enum red_preset
+#ifdef __cplusplus
+  : uint32_t
+#endif // __cplusplus
+ {
+  /**
+   * The paper's baseline: unrefined graphs, one deadline per job, and nothing else.
+   */
+  RED_PRESET_EDF = 0,
+  /**
+   * The paper's RED-FG: refined, level shares, level barrier.
+   */
+  RED_PRESET_RED_FG = 1,
+  /**
+   * The paper's RED-IDA: RED-FG with re-assignment at each dispatch.
+   */
+  RED_PRESET_RED_IDA = 2,
+  /**
+   * The paper's RED: RED-IDA with merging, on-demand synchronisation and ProactiveDrop.
+   */
+  RED_PRESET_RED = 3,
+  /**
+   * Ours, and the default: latest-start keys, precedence gating, merging, frame cache, hopeless-first shedding.
+   */
+  RED_PRESET_REDRT = 4,
+};
+#ifndef __cplusplus
+typedef uint32_t red_preset;
+#endif // __cplusplus
+
+/**
+ * How a node's sub-deadline follows from the end-to-end deadline D.
+ */
+enum red_rule
+#ifdef __cplusplus
+  : uint32_t
+#endif // __cplusplus
+ {
+  /**
+   * D for every node: job-level EDF.
+   */
+  RED_RULE_END_TO_END = 0,
+  /**
+   * Level shares in proportion to the level's cost (paper Def. 4).
+   */
+  RED_RULE_LEVEL_SUM = 1,
+  /**
+   * Level shares that cover Graham's bound of each level first.
+   */
+  RED_RULE_LEVEL_GRAHAM = 2,
+  /**
+   * D * head / (head + tail), for progress reports.
+   */
+  RED_RULE_PATH_PROPORTIONAL = 3,
+  /**
+   * D - tail.
+   */
+  RED_RULE_LATEST_FINISH = 4,
+  /**
+   * D - tail, dispatched by the latest start that can still meet D.
+   */
+  RED_RULE_LATEST_START = 5,
+};
+#ifndef __cplusplus
+typedef uint32_t red_rule;
+#endif // __cplusplus
+
+/**
+ * What must be done before a node may start.
+ */
+enum red_gate
+#ifdef __cplusplus
+  : uint32_t
+#endif // __cplusplus
+ {
+  /**
+   * Its predecessors.
+   */
+  RED_GATE_PRECEDENCE = 0,
+  /**
+   * Every node of a lower height, as the paper's level barrier has it.
+   */
+  RED_GATE_LEVEL = 1,
+};
+#ifndef __cplusplus
+typedef uint32_t red_gate;
+#endif // __cplusplus
+
+/**
+ * When sub-deadlines of jobs in flight are computed again.
+ */
+enum red_reassign
+#ifdef __cplusplus
+  : uint32_t
+#endif // __cplusplus
+ {
+  /**
+   * Only when the graph changes.
+   */
+  RED_REASSIGN_NEVER = 0,
+  /**
+   * Level rules: of every job at each dispatch (paper section 4.3).
+   */
+  RED_REASSIGN_ON_DISPATCH = 1,
+  /**
+   * Level rules: of a job when one of its nodes ended.
+   */
+  RED_REASSIGN_ON_CHANGE = 2,
+};
+#ifndef __cplusplus
+typedef uint32_t red_reassign;
+#endif // __cplusplus
+
+/**
+ * Which jobs are given up.
+ */
+enum red_shedding
+#ifdef __cplusplus
+  : uint32_t
+#endif // __cplusplus
+ {
+  /**
+   * None.
+   */
+  RED_SHEDDING_NEVER = 0,
+  /**
+   * The paper's ProactiveDrop: lowest urgency first, while the overload lasts.
+   */
+  RED_SHEDDING_LOWEST_URGENCY = 1,
+  /**
+   * Provably dead jobs at once; under lasting overload the job of the lowest value.
+   */
+  RED_SHEDDING_HOPELESS = 2,
+};
+#ifndef __cplusplus
+typedef uint32_t red_shedding;
+#endif // __cplusplus
+
+/**
+ * What happens to a job that is past its deadline.
+ */
+enum red_late
+#ifdef __cplusplus
+  : uint32_t
+#endif // __cplusplus
+ {
+  /**
+   * It runs on.
+   */
+  RED_LATE_CONTINUE = 0,
+  /**
+   * It is given up.
+   */
+  RED_LATE_ABORT_JOB = 1,
+};
+#ifndef __cplusplus
+typedef uint32_t red_late;
+#endif // __cplusplus
+
+/**
+ * Where best-case execution times come from.
+ */
+enum red_best_case
+#ifdef __cplusplus
+  : uint32_t
+#endif // __cplusplus
+ {
+  /**
+   * The shortest of the last 8 executions, the declared one before the first.
+   */
+  RED_BEST_CASE_OBSERVED = 0,
+  /**
+   * The declared one, always.
+   */
+  RED_BEST_CASE_DECLARED = 1,
+};
+#ifndef __cplusplus
+typedef uint32_t red_best_case;
+#endif // __cplusplus
+
+/**
+ * What happens to a task, or an edit, whose certificate does not fit.
+ */
+enum red_admission
+#ifdef __cplusplus
+  : uint32_t
+#endif // __cplusplus
+ {
+  /**
+   * It is accepted.
+   */
+  RED_ADMISSION_REPORT = 0,
+  /**
+   * It is refused: RED_STATUS_UNSCHEDULABLE.
+   */
+  RED_ADMISSION_ENFORCE = 1,
+};
+#ifndef __cplusplus
+typedef uint32_t red_admission;
+#endif // __cplusplus
+
+/**
+ * What a node is in a MIMONet.
+ */
+enum red_role
+#ifdef __cplusplus
+  : uint32_t
+#endif // __cplusplus
+ {
+  /**
+   * Anything else.
+   */
+  RED_ROLE_ORDINARY = 0,
+  /**
+   * The shared encoder of a stage.
+   */
+  RED_ROLE_SHARED_ENCODER = 1,
+  /**
+   * A decoder: a successor of its encoder that reads the encoder's result.
+   */
+  RED_ROLE_DECODER = 2,
+};
+#ifndef __cplusplus
+typedef uint32_t red_role;
+#endif // __cplusplus
+
+/**
+ * Which bound a certificate rests on.
+ */
+enum red_bound
+#ifdef __cplusplus
+  : uint32_t
+#endif // __cplusplus
+ {
+  /**
+   * Graham 1969: L + ceil((W - L) / m).
+   */
+  RED_BOUND_GRAHAM = 0,
+  /**
+   * Long path: L + ceil((W - paths) / (m - j)), with j paths peeled.
+   */
+  RED_BOUND_LONG_PATH = 1,
+  /**
+   * Nodes in several pools.
+   */
+  RED_BOUND_SEVERAL_POOLS = 2,
+};
+#ifndef __cplusplus
+typedef uint32_t red_bound;
+#endif // __cplusplus
+
+/**
+ * Why a job was given up.
+ */
+enum red_shed
+#ifdef __cplusplus
+  : uint32_t
+#endif // __cplusplus
+ {
+  /**
+   * It was not: all its nodes completed.
+   */
+  RED_SHED_NOT = 0,
+  /**
+   * Not even its best case could end by the deadline.
+   */
+  RED_SHED_HOPELESS = 1,
+  /**
+   * Lasting overload; it had the lowest value.
+   */
+  RED_SHED_OVERLOAD = 2,
+  /**
+   * Lasting overload under the paper's rule; it had the lowest urgency.
+   */
+  RED_SHED_URGENCY = 3,
+  /**
+   * No place for another job at its release.
+   */
+  RED_SHED_FULL = 4,
+  /**
+   * It was past its deadline, and the late policy is to abort.
+   */
+  RED_SHED_LATE = 5,
+  /**
+   * One of its nodes failed.
+   */
+  RED_SHED_FAULT = 6,
+  /**
+   * Its task was removed.
+   */
+  RED_SHED_REMOVED = 7,
+};
+#ifndef __cplusplus
+typedef uint32_t red_shed;
+#endif // __cplusplus
+
+/**
+ * What the host has to do.
+ */
+enum red_action_kind
+#ifdef __cplusplus
+  : uint32_t
+#endif // __cplusplus
+ {
+  /**
+   * Nothing, until something happens or the time of red_scheduler_poll_at comes.
+   */
+  RED_ACTION_KIND_NOTHING = 0,
+  /**
+   * Start the unit on its lane, and report it with red_scheduler_complete or red_scheduler_fail.
+   */
+  RED_ACTION_KIND_DISPATCH = 1,
+  /**
+   * Take the lane from this unit, which goes on later as another unit. Only if the configuration preempts.
+   */
+  RED_ACTION_KIND_PREEMPT = 2,
+  /**
+   * A job ended. A lane that still runs one of its units must report it all the same.
+   */
+  RED_ACTION_KIND_ENDED = 3,
+};
+#ifndef __cplusplus
+typedef uint32_t red_action_kind;
+#endif // __cplusplus
+
+/**
+ * What happened.
+ */
+enum red_event_kind
+#ifdef __cplusplus
+  : uint32_t
+#endif // __cplusplus
+ {
+  /**
+   * A kind that this header has no word for.
+   */
+  RED_EVENT_KIND_OTHER = 0,
+  /**
+   * A job was released.
+   */
+  RED_EVENT_KIND_RELEASED = 1,
+  /**
+   * A release found no place.
+   */
+  RED_EVENT_KIND_REFUSED = 2,
+  /**
+   * A sub-job started; each member of a unit has its own event.
+   */
+  RED_EVENT_KIND_STARTED = 3,
+  /**
+   * A sub-job that ran completed.
+   */
+  RED_EVENT_KIND_COMPLETED = 4,
+  /**
+   * An encoder completed without executing: its result was there.
+   */
+  RED_EVENT_KIND_HIT = 5,
+  /**
+   * A sub-job lost its lane to a smaller key.
+   */
+  RED_EVENT_KIND_PREEMPTED = 6,
+  /**
+   * A sub-job took longer than its WCET.
+   */
+  RED_EVENT_KIND_OVERRAN = 7,
+  /**
+   * All nodes of a job completed.
+   */
+  RED_EVENT_KIND_ENDED = 8,
+  /**
+   * A job was given up.
+   */
+  RED_EVENT_KIND_SHED = 9,
+  /**
+   * A task has a new graph.
+   */
+  RED_EVENT_KIND_EDITED = 10,
+  /**
+   * A kept result was thrown away for memory.
+   */
+  RED_EVENT_KIND_EVICTED = 11,
+};
+#ifndef __cplusplus
+typedef uint32_t red_event_kind;
+#endif // __cplusplus
+
+/**
+ * Configuration of a scheduler. Begin with RED_CONFIG_INIT and red_config_preset.
+ */
+typedef struct red_config {
+  /**
+   * RED_CONFIG_INIT sets it.
+   */
+  uint32_t struct_size;
+  /**
+   * RED_CONFIG_INIT sets it.
+   */
+  uint32_t abi_version;
+  /**
+   * Lanes of the first pool; 1 up to the lanes of the capacity class.
+   */
+  uint32_t lanes;
+  /**
+   * One of red_rule.
+   */
+  uint32_t rule;
+  /**
+   * One of red_gate.
+   */
+  uint32_t gate;
+  /**
+   * One of red_reassign.
+   */
+  uint32_t reassign;
+  /**
+   * 1: stages are to be refined into encoder and decoders; the host builds its graphs by it. 0: not.
+   */
+  uint32_t refine;
+  /**
+   * 1: encoder results are shared beyond their unit. 0: not.
+   */
+  uint32_t frame_cache;
+  /**
+   * One of red_shedding.
+   */
+  uint32_t shed;
+  /**
+   * One of red_late.
+   */
+  uint32_t late;
+  /**
+   * One of red_best_case.
+   */
+  uint32_t best_case;
+  /**
+   * One of red_admission.
+   */
+  uint32_t admission;
+  /**
+   * 1: a waiting node takes the lane of a running one with a larger key. 0: not.
+   */
+  uint32_t preempt;
+  /**
+   * theta_u: busy share of all lanes in one tick that is overload, in millionths.
+   */
+  uint32_t overload_utilisation_ppm;
+  /**
+   * Q_max: ready sub-jobs above which it is overload; up to 65,535.
+   */
+  uint32_t overload_queue;
+  /**
+   * W: consecutive ticks until it is lasting; up to 255.
+   */
+  uint32_t overload_ticks;
+  /**
+   * Length of a tick; at least 1.
+   */
+  uint64_t overload_tick_ns;
+  /**
+   * Memory budget of the first pool; RED_NONE_64: unlimited.
+   */
+  uint64_t memory_bytes;
+  /**
+   * gamma of DynamicMerge; RED_NONE_64: no merging.
+   */
+  uint64_t merge_skew_ns;
+} red_config;
+
+/**
+ * A graph: a place and a generation, no address. To be moved, not copied: of two copies one is left over.
+ */
+typedef struct red_dag {
+  /**
+   * For the library.
+   */
+  uint64_t bits;
+} red_dag;
+
+/**
+ * A node: what it costs, where it runs, what it is. Begin with RED_NODE_INIT.
+ */
+typedef struct red_node {
+  /**
+   * RED_NODE_INIT sets it.
+   */
+  uint32_t struct_size;
+  /**
+   * RED_NODE_INIT sets it.
+   */
+  uint32_t abi_version;
+  /**
+   * Worst-case execution time alone.
+   */
+  uint64_t wcet_ns;
+  /**
+   * Best-case execution time; 0 if nothing is known.
+   */
+  uint64_t bcet_ns;
+  /**
+   * Of an atomic node: the delay that co-runners can add; else 0.
+   */
+  uint64_t contention_ns;
+  /**
+   * Footprint.
+   */
+  uint64_t memory_bytes;
+  /**
+   * Its pool; 0 is the first.
+   */
+  uint32_t pool;
+  /**
+   * 1: once started it keeps its lane. 0: not.
+   */
+  uint32_t atomic;
+  /**
+   * One of red_role.
+   */
+  uint32_t role;
+  /**
+   * Of an encoder: which weights it has, a number of the host's; up to 65,535.
+   */
+  uint32_t weights;
+  /**
+   * Of an encoder: which frame it reads, a number of the host's; up to 65,535.
+   */
+  uint32_t frame;
+  /**
+   * Of an encoder: the sensor that captures the frame, or RED_NONE: every job has its own capture.
+   */
+  uint32_t sensor;
+} red_node;
+
+/**
+ * What a graph says as a whole.
+ */
+typedef struct red_dag_summary {
+  /**
+   * RED_DAG_SUMMARY_INIT sets it.
+   */
+  uint32_t struct_size;
+  /**
+   * RED_DAG_SUMMARY_INIT sets it.
+   */
+  uint32_t abi_version;
+  /**
+   * Nodes.
+   */
+  uint32_t nodes;
+  /**
+   * Levels: the greatest height plus one.
+   */
+  uint32_t levels;
+  /**
+   * W: sum of all costs.
+   */
+  uint64_t work_ns;
+  /**
+   * L: cost of the critical path.
+   */
+  uint64_t critical_path_ns;
+} red_dag_summary;
+
+/**
+ * Where a node stands in its graph, and when it is due. This struct does not grow.
+ */
+typedef struct red_placed_node {
+  /**
+   * Which node.
+   */
+  uint32_t node;
+  /**
+   * Its height: the longest chain of edges to it.
+   */
+  uint32_t height;
+  /**
+   * Longest path cost after it, excluding it.
+   */
+  uint64_t tail_ns;
+  /**
+   * When it should end, after the release; below 0 where the deadline is below the critical path.
+   */
+  int64_t sub_deadline_ns;
+  /**
+   * What dispatch orders by: the sub-deadline, under RED_RULE_LATEST_START less the node's cost.
+   */
+  int64_t key_ns;
+} red_placed_node;
+
+/**
+ * What a level asks for and gets of a deadline. This struct does not grow.
+ */
+typedef struct red_level {
+  /**
+   * The cost of its nodes.
+   */
+  uint64_t cost_ns;
+  /**
+   * Graham's bound of it alone.
+   */
+  uint64_t graham_ns;
+  /**
+   * Length of its share.
+   */
+  uint64_t share_ns;
+  /**
+   * When its share ends, after the release; of the last level, the deadline exactly.
+   */
+  uint64_t end_ns;
+} red_level;
+
+/**
+ * A bound on the response time of a job that has its pools to itself.
+ */
+typedef struct red_certificate {
+  /**
+   * RED_CERTIFICATE_INIT sets it.
+   */
+  uint32_t struct_size;
+  /**
+   * RED_CERTIFICATE_INIT sets it.
+   */
+  uint32_t abi_version;
+  /**
+   * One of red_bound.
+   */
+  uint32_t bound;
+  /**
+   * Of RED_BOUND_LONG_PATH: j.
+   */
+  uint32_t paths;
+  /**
+   * Lanes of the task's pool; the largest number where it uses several.
+   */
+  uint32_t lanes;
+  /**
+   * 1: the bound is met. 0: not.
+   */
+  uint32_t fits;
+  /**
+   * 1: memory cannot make a ready node wait. 0: it can, and the bound is not sufficient.
+   */
+  uint32_t memory_holds;
+  /**
+   * 0.
+   */
+  uint32_t reserved;
+  /**
+   * W: sum of all costs.
+   */
+  uint64_t work_ns;
+  /**
+   * L: cost of the critical path.
+   */
+  uint64_t critical_path_ns;
+  /**
+   * The bound's value.
+   */
+  uint64_t response_ns;
+  /**
+   * What it must not exceed: min(deadline, period).
+   */
+  uint64_t limit_ns;
+  /**
+   * limit_ns less response_ns.
+   */
+  int64_t margin_ns;
+} red_certificate;
+
+/**
+ * A scheduler: a place and a generation, no address. To be moved, not copied: of two copies one is left over.
+ */
+typedef struct red_scheduler {
+  /**
+   * For the library.
+   */
+  uint64_t bits;
+} red_scheduler;
+
+/**
+ * How a job ended. This struct does not grow.
+ */
+typedef struct red_outcome {
+  /**
+   * The job; its place may be used again from now on.
+   */
+  uint32_t job;
+  /**
+   * Its task.
+   */
+  uint32_t task;
+  /**
+   * The how-manieth job of its task, from 0.
+   */
+  uint64_t index;
+  /**
+   * When it was released.
+   */
+  uint64_t release_ns;
+  /**
+   * When it was due.
+   */
+  uint64_t deadline_ns;
+  /**
+   * When it ended.
+   */
+  uint64_t at_ns;
+  /**
+   * One of red_shed.
+   */
+  uint32_t shed;
+  /**
+   * 0.
+   */
+  uint32_t reserved;
+} red_outcome;
+
+/**
+ * One answer of a poll. This struct does not grow.
+ */
+typedef struct red_action {
+  /**
+   * One of red_action_kind.
+   */
+  uint32_t kind;
+  /**
+   * Of a unit: its lane, counted over all pools in their order.
+   */
+  uint32_t lane;
+  /**
+   * Of a unit: its handle, used once. Bits 8 to 15 are the node of its first member.
+   */
+  uint64_t unit;
+  /**
+   * Of a job that ended; else what was there before.
+   */
+  struct red_outcome outcome;
+} red_action;
+
+/**
+ * One sub-job of a unit. This struct does not grow.
+ */
+typedef struct red_member {
+  /**
+   * The job.
+   */
+  uint32_t job;
+  /**
+   * Its task.
+   */
+  uint32_t task;
+  /**
+   * The node.
+   */
+  uint32_t node;
+  /**
+   * 0.
+   */
+  uint32_t reserved;
+  /**
+   * The how-manieth job of its task, from 0.
+   */
+  uint64_t index;
+  /**
+   * When the job was released.
+   */
+  uint64_t release_ns;
+  /**
+   * When the job is due.
+   */
+  uint64_t deadline_ns;
+  /**
+   * When the node should end.
+   */
+  uint64_t sub_deadline_ns;
+} red_member;
+
+/**
+ * What a unit is.
+ */
+typedef struct red_unit {
+  /**
+   * RED_UNIT_INIT sets it.
+   */
+  uint32_t struct_size;
+  /**
+   * RED_UNIT_INIT sets it.
+   */
+  uint32_t abi_version;
+  /**
+   * Its first member: the one whose body runs.
+   */
+  struct red_member first;
+  /**
+   * Where it runs.
+   */
+  uint32_t lane;
+  /**
+   * The lane's pool.
+   */
+  uint32_t pool;
+  /**
+   * Number of the encoder result that it writes or reads, or RED_NONE. One number stays the same result until
+   * nobody in flight needs it.
+   */
+  uint32_t output;
+  /**
+   * 0.
+   */
+  uint32_t reserved;
+  /**
+   * When it started.
+   */
+  uint64_t started_ns;
+  /**
+   * The worst-case execution time of the first member's node.
+   */
+  uint64_t wcet_ns;
+} red_unit;
+
+/**
+ * What the executions of a node took, of its last 8.
+ */
+typedef struct red_executions {
+  /**
+   * RED_EXECUTIONS_INIT sets it.
+   */
+  uint32_t struct_size;
+  /**
+   * RED_EXECUTIONS_INIT sets it.
+   */
+  uint32_t abi_version;
+  /**
+   * Mean, or RED_NONE_64 before the first.
+   */
+  uint64_t mean_ns;
+  /**
+   * Shortest, or RED_NONE_64 before the first.
+   */
+  uint64_t minimum_ns;
+  /**
+   * Longest, or RED_NONE_64 before the first.
+   */
+  uint64_t maximum_ns;
+} red_executions;
+
+/**
+ * What happened so far, and what is now.
+ */
+typedef struct red_figures {
+  /**
+   * RED_FIGURES_INIT sets it.
+   */
+  uint32_t struct_size;
+  /**
+   * RED_FIGURES_INIT sets it.
+   */
+  uint32_t abi_version;
+  /**
+   * Units dispatched.
+   */
+  uint64_t units;
+  /**
+   * Encoder sub-jobs that completed without executing.
+   */
+  uint64_t encoder_runs_saved;
+  /**
+   * Executions beyond the WCET, where the configuration takes samples of executions.
+   */
+  uint64_t overruns;
+  /**
+   * Calls whose now_ns was before an earlier one; the latest time was kept.
+   */
+  uint64_t clock_steps_back;
+  /**
+   * Completions of units whose jobs had been given up.
+   */
+  uint64_t late_completions;
+  /**
+   * Results thrown away for memory; their encoders run again.
+   */
+  uint64_t evictions;
+  /**
+   * Events that found no room; exact.
+   */
+  uint64_t events_dropped;
+  /**
+   * Lanes over all pools, retired ones too.
+   */
+  uint32_t lanes;
+  /**
+   * Jobs in flight.
+   */
+  uint32_t jobs_in_flight;
+  /**
+   * Sub-jobs that are ready and wait for a lane.
+   */
+  uint32_t ready;
+  /**
+   * Units that run.
+   */
+  uint32_t running;
+  /**
+   * 1: a pool has both a free lane and a sub-job that could start there, so red_scheduler_poll is to be called.
+   */
+  uint32_t can_dispatch;
+  /**
+   * 0.
+   */
+  uint32_t reserved;
+} red_figures;
+
+/**
+ * One event. Fields that do not apply are 0. This struct does not grow.
+ */
+typedef struct red_event {
+  /**
+   * When.
+   */
+  uint64_t at_ns;
+  /**
+   * The how-manieth job of its task, from 0.
+   */
+  uint64_t job;
+  /**
+   * One of red_event_kind.
+   */
+  uint32_t kind;
+  /**
+   * Of RED_EVENT_KIND_SHED: one of red_shed.
+   */
+  uint32_t shed;
+  /**
+   * Whose.
+   */
+  uint32_t task;
+  /**
+   * Which node.
+   */
+  uint32_t node;
+  /**
+   * Which lane.
+   */
+  uint32_t lane;
+  /**
+   * 0.
+   */
+  uint32_t reserved;
+} red_event;
+
+/**
+ * When a task's jobs come and are due, and what they are worth.
+ */
+typedef struct red_timing {
+  /**
+   * RED_TIMING_INIT sets it.
+   */
+  uint32_t struct_size;
+  /**
+   * RED_TIMING_INIT sets it.
+   */
+  uint32_t abi_version;
+  /**
+   * End to end, relative to the release; 1 ns to 2^62 ns.
+   */
+  uint64_t deadline_ns;
+  /**
+   * Period, or minimum time between releases, for admission; 0: none declared.
+   */
+  uint64_t period_ns;
+  /**
+   * Higher survives overload longer; 1 is usual.
+   */
+  uint32_t value;
+  /**
+   * At least so many of any floor_of consecutive jobs are never shed by choice; 0 of 0: no floor.
+   */
+  uint32_t floor_keep;
+  /**
+   * See floor_keep; at least as many.
+   */
+  uint32_t floor_of;
+  /**
+   * 0.
+   */
+  uint32_t reserved;
+} red_timing;
+
+#ifdef __cplusplus
+extern "C" {
+#endif // __cplusplus
+
+/**
+ * Fills a configuration with a named one of one lane and unlimited memory.
+ *
+ * Threads: any, at once. Real time: yes. Time: O(1). Errors: RED_STATUS_OUT_OF_RANGE: `preset` is not one of red_preset.
+ */
+red_status red_config_preset(uint32_t preset,
+                             struct red_config *config);
+
+/**
+ * Opens a graph without nodes, for schedulers of 4 tasks of 16 nodes and 16 jobs. `memory`, of
+ * RED_DAG_4X16X16_BYTES and aligned to RED_ALIGN, is the library's until red_dag_close.
+ *
+ * Threads: any, at once. Real time: yes. Time: O(nodes). Errors: RED_STATUS_TOO_SHORT, RED_STATUS_MISALIGNED,
+ * RED_STATUS_OVERLAP, RED_STATUS_TOO_MANY_OPEN.
+ */
+red_status red_dag_open_4x16x16(void *memory,
+                                size_t bytes,
+                                struct red_dag *dag);
+
+/**
+ * Opens a graph without nodes, for schedulers of 8 tasks of 64 nodes and 32 jobs. `memory`, of
+ * RED_DAG_8X64X32_BYTES and aligned to RED_ALIGN, is the library's until red_dag_close.
+ *
+ * Threads: any, at once. Real time: yes. Time: O(nodes). Errors: as red_dag_open_4x16x16.
+ */
+red_status red_dag_open_8x64x32(void *memory, size_t bytes, struct red_dag *dag);
+
+/**
+ * Opens a graph without nodes, for schedulers of 16 tasks of 256 nodes and 64 jobs, and for the runtime. `memory`, of
+ * RED_DAG_16X256X64_BYTES and aligned to RED_ALIGN, is the library's until red_dag_close.
+ *
+ * Threads: any, at once. Real time: yes. Time: O(nodes). Errors: as red_dag_open_4x16x16.
+ */
+red_status red_dag_open_16x256x64(void *memory,
+                                  size_t bytes,
+                                  struct red_dag *dag);
+
+/**
+ * Closes a graph; its memory is the caller's again. Nothing that was made of it is touched.
+ *
+ * Threads: one at a time on a graph. Real time: yes. Time: O(1). Errors: RED_STATUS_CLOSED.
+ */
+red_status red_dag_close(struct red_dag *dag);
+
+/**
+ * Adds a node; nodes are numbered from 0.
+ *
+ * Threads: one at a time on a graph. Real time: yes. Time: O(nodes). Errors: RED_STATUS_NODES_FULL,
+ * RED_STATUS_WORK_OVERFLOW, RED_STATUS_OUT_OF_RANGE: role, atomic, weights or frame, or contention without atomic.
+ */
+red_status red_dag_add_node(struct red_dag *dag,
+                            const struct red_node *node,
+                            uint32_t *number);
+
+/**
+ * Adds an edge: `to` starts after `from` has completed.
+ *
+ * Threads: one at a time on a graph. Real time: yes. Time: O(nodes). Errors: RED_STATUS_CYCLE,
+ * RED_STATUS_DUPLICATE_EDGE, RED_STATUS_SECOND_ENCODER, RED_STATUS_UNKNOWN_NODE.
+ */
+red_status red_dag_add_edge(struct red_dag *dag, uint32_t from, uint32_t to);
+
+/**
+ * Removes a node and its edges. Other nodes keep their numbers.
+ *
+ * Threads: one at a time on a graph. Real time: yes. Time: O(nodes). Errors: RED_STATUS_UNKNOWN_NODE.
+ */
+red_status red_dag_remove_node(struct red_dag *dag,
+                               uint32_t node);
+
+/**
+ * Removes an edge.
+ *
+ * Threads: one at a time on a graph. Real time: yes. Time: O(1). Errors: RED_STATUS_UNKNOWN_EDGE,
+ * RED_STATUS_UNKNOWN_NODE.
+ */
+red_status red_dag_remove_edge(struct red_dag *dag, uint32_t from, uint32_t to);
+
+/**
+ * Replaces a node by a shared encoder and its decoders (paper Def. 6, Alg. 1). Edges into it lead to the encoder, edges
+ * out of it leave every decoder. Later nodes move up: decoder j is node `encoder_number` + 1 + j.
+ *
+ * Threads: one at a time on a graph. Real time: yes. Time: O(nodes + edges * decoders). Errors: RED_STATUS_UNKNOWN_NODE,
+ * RED_STATUS_NO_DECODER, RED_STATUS_NODES_FULL, RED_STATUS_WORK_OVERFLOW, and those of the nodes.
+ */
+red_status red_dag_refine(struct red_dag *dag,
+                          uint32_t stage,
+                          const struct red_node *encoder,
+                          const struct red_node *decoders,
+                          size_t decoder_count,
+                          uint32_t *encoder_number);
+
+/**
+ * Nodes, levels, work and critical path of a graph.
+ *
+ * Threads: any, while nobody changes the graph. Real time: yes. Time: O(nodes + edges). Errors: those of the handle.
+ */
+red_status red_dag_summarize(const struct red_dag *dag,
+                             struct red_dag_summary *summary);
+
+/**
+ * The data of a node.
+ *
+ * Threads: any, while nobody changes the graph. Real time: yes. Time: O(1). Errors: RED_STATUS_UNKNOWN_NODE.
+ */
+red_status red_dag_node(const struct red_dag *dag,
+                        uint32_t node,
+                        struct red_node *data);
+
+/**
+ * The direct successors of a node, smallest first: up to `room` into `nodes`, and how many there are into `count`. If they
+ * are more than `room`, only `count` is written.
+ *
+ * Threads: any, while nobody changes the graph. Real time: yes. Time: O(nodes). Errors: RED_STATUS_UNKNOWN_NODE,
+ * RED_STATUS_TOO_SHORT.
+ */
+red_status red_dag_successors(const struct red_dag *dag,
+                              uint32_t node,
+                              uint32_t *nodes,
+                              size_t room,
+                              size_t *count);
+
+/**
+ * All nodes, smallest first, with their heights, tails, and sub-deadlines by `rule` (one of red_rule) for a deadline: up to
+ * `room` into `nodes`, and how many there are into `count`. If they are more than `room`, only `count` is written.
+ * `lanes` has the lanes of the first `pools` pools; others have one.
+ *
+ * Threads: any, while nobody changes the graph. Real time: yes, with 16 KiB of stack. Time: O(nodes * pools + edges).
+ * Errors: RED_STATUS_OUT_OF_RANGE: the rule, or more than 255 lanes. RED_STATUS_DEADLINE: above 2^62 ns.
+ * RED_STATUS_NO_LANE, RED_STATUS_TOO_SHORT.
+ */
+red_status red_dag_place(const struct red_dag *dag,
+                         uint32_t rule,
+                         uint64_t deadline_ns,
+                         const uint32_t *lanes,
+                         size_t pools,
+                         struct red_placed_node *nodes,
+                         size_t room,
+                         size_t *count);
+
+/**
+ * How a level rule divides a deadline among the levels of a graph: up to `room` into `levels`, and how many there are into
+ * `count`. If they are more than `room`, only `count` is written. `rule` is RED_RULE_LEVEL_SUM or
+ * RED_RULE_LEVEL_GRAHAM, `lanes` has the lanes of the first `pools` pools; others have one.
+ *
+ * Threads: any, while nobody changes the graph. Real time: yes, with 24 KiB of stack. Time: O(nodes * pools + edges).
+ * Errors: as red_dag_place.
+ */
+red_status red_dag_share(const struct red_dag *dag,
+                         uint32_t rule,
+                         uint64_t deadline_ns,
+                         const uint32_t *lanes,
+                         size_t pools,
+                         struct red_level *levels,
+                         size_t room,
+                         size_t *count);
+
+/**
+ * Bounds the response time of a job of this graph that has its pools to itself. `lanes` and `memory_bytes` (RED_NONE_64:
+ * unlimited) are of the first `pools` pools; others have one lane and unlimited memory.
+ *
+ * Threads: any, while nobody changes the graph. Real time: no. Time: O(lanes * (nodes + edges)). Errors:
+ * RED_STATUS_NO_LANE, RED_STATUS_OUT_OF_RANGE: more than 255 lanes.
+ */
+red_status red_dag_prove(const struct red_dag *dag,
+                         uint64_t limit_ns,
+                         const uint32_t *lanes,
+                         const uint64_t *memory_bytes,
+                         size_t pools,
+                         struct red_certificate *certificate);
+
+/**
+ * Releases a job of a task now.
+ *
+ * Threads: one at a time on a scheduler. Real time: yes. Time: O(nodes). Errors: RED_STATUS_UNKNOWN_TASK,
+ * RED_STATUS_JOBS_FULL, RED_STATUS_TIME_OVERFLOW.
+ */
+red_status red_scheduler_release(struct red_scheduler *scheduler,
+                                 uint32_t task,
+                                 uint64_t now_ns,
+                                 uint32_t *job);
+
+/**
+ * Releases a job whose release was at `release_ns`, for hosts that learn of it later. `capture` is the number of the frame
+ * that it reads; RED_NONE_64: by the sensors' periods, and one of its own where a frame has no sensor.
+ *
+ * Threads: one at a time on a scheduler. Real time: yes. Time: O(nodes). Errors: RED_STATUS_UNKNOWN_TASK,
+ * RED_STATUS_JOBS_FULL, RED_STATUS_TIME_OVERFLOW.
+ */
+red_status red_scheduler_release_at(struct red_scheduler *scheduler,
+                                    uint32_t task,
+                                    uint64_t release_ns,
+                                    uint64_t capture,
+                                    uint64_t now_ns,
+                                    uint32_t *job);
+
+/**
+ * The next thing to do; RED_ACTION_KIND_NOTHING until something happens or the time of red_scheduler_poll_at comes. To be
+ * called until it says that.
+ *
+ * Threads: one at a time on a scheduler. Real time: yes. Time: O(log jobs) a dispatched node; O(jobs * (nodes + edges)) when
+ * a job may be lost, at ticks of the monitor, and under re-assignment. Errors: those of the handle.
+ */
+red_status red_scheduler_poll(struct red_scheduler *scheduler,
+                              uint64_t now_ns,
+                              struct red_action *action);
+
+/**
+ * red_scheduler_poll for a lane that asks for itself: it is preferred among the free lanes of its pool.
+ *
+ * Threads: one at a time on a scheduler. Real time: yes. Time: as red_scheduler_poll. Errors: RED_STATUS_UNKNOWN_LANE.
+ */
+red_status red_scheduler_poll_on(struct red_scheduler *scheduler,
+                                 uint32_t lane_number,
+                                 uint64_t now_ns,
+                                 struct red_action *action);
+
+/**
+ * A unit ended: all its members complete, and what follows them may start.
+ *
+ * Threads: one at a time on a scheduler. Real time: yes. Time: O(successors + log jobs); with encoders O(jobs * encoders).
+ * Errors: RED_STATUS_STALE, RED_STATUS_NOT_RUNNING; RED_STATUS_LATE: its lane is free all the same.
+ */
+red_status red_scheduler_complete(struct red_scheduler *scheduler,
+                                  uint64_t unit,
+                                  uint64_t now_ns);
+
+/**
+ * red_scheduler_complete and the first red_scheduler_poll_on of the unit's lane in one, which costs less than both.
+ *
+ * Threads: one at a time on a scheduler. Real time: yes. Time: as both. Errors: as red_scheduler_complete; nothing was
+ * polled then.
+ */
+red_status red_scheduler_complete_and_poll(struct red_scheduler *scheduler,
+                                           uint64_t unit,
+                                           uint64_t now_ns,
+                                           struct red_action *action);
+
+/**
+ * A unit failed: the jobs of all its members are given up with the reason RED_SHED_FAULT.
+ *
+ * Threads: one at a time on a scheduler. Real time: yes. Time: O(jobs * nodes). Errors: as red_scheduler_complete.
+ */
+red_status red_scheduler_fail(struct red_scheduler *scheduler,
+                              uint64_t unit,
+                              uint64_t now_ns);
+
+/**
+ * Takes the outcome of one job that ended, so that its place can be used again before the next poll. `count` is 1, or 0 where
+ * there was none; then the outcome is not written.
+ *
+ * Threads: one at a time on a scheduler. Real time: yes. Time: O(1). Errors: those of the handle.
+ */
+red_status red_scheduler_take_outcome(struct red_scheduler *scheduler,
+                                      struct red_outcome *outcome,
+                                      uint32_t *count);
+
+/**
+ * Takes an idle lane out of its pool, because nothing can run there any more. A pool without lanes starts nothing.
+ *
+ * Threads: one at a time on a scheduler. Real time: yes. Time: O(1). Errors: RED_STATUS_UNKNOWN_LANE: there is no such
+ * lane, or it runs something.
+ */
+red_status red_scheduler_retire_lane(struct red_scheduler *scheduler,
+                                     uint32_t lane_number);
+
+/**
+ * Puts a retired lane back.
+ *
+ * Threads: one at a time on a scheduler. Real time: yes. Time: O(1). Errors: RED_STATUS_UNKNOWN_LANE: there is no such
+ * lane, or it was not retired.
+ */
+red_status red_scheduler_restore_lane(struct red_scheduler *scheduler,
+                                      uint32_t lane_number);
+
+/**
+ * When red_scheduler_poll is to be called even if nothing happens; RED_NONE_64: not before something does. Any call may
+ * change it.
+ *
+ * Threads: any, while nobody changes the scheduler. Real time: yes. Time: O(1). Errors: those of the handle.
+ */
+red_status red_scheduler_poll_at(const struct red_scheduler *scheduler,
+                                 uint64_t *at_ns);
+
+/**
+ * What a unit is, while it runs and one of its jobs is in flight.
+ *
+ * Threads: any, while nobody changes the scheduler. Real time: yes. Time: O(1). Errors: RED_STATUS_NOT_RUNNING.
+ */
+red_status red_scheduler_unit(const struct red_scheduler *scheduler,
+                              uint64_t unit,
+                              struct red_unit *data);
+
+/**
+ * The members of a unit that runs: one, or the encoders that share one execution. Up to `room` into `members`, and how many
+ * there are into `count`. If they are more than `room`, only `count` is written.
+ *
+ * Threads: any, while nobody changes the scheduler. Real time: yes, with 16 KiB of stack. Time: O(jobs * nodes). Errors:
+ * RED_STATUS_NOT_RUNNING, RED_STATUS_TOO_SHORT.
+ */
+red_status red_scheduler_members(const struct red_scheduler *scheduler,
+                                 uint64_t unit,
+                                 struct red_member *members,
+                                 size_t room,
+                                 size_t *count);
+
+/**
+ * The job in flight that was the `index`-th of its task, from 0.
+ *
+ * Threads: any, while nobody changes the scheduler. Real time: yes. Time: O(jobs). Errors: RED_STATUS_UNKNOWN_JOB.
+ */
+red_status red_scheduler_job(const struct red_scheduler *scheduler,
+                             uint32_t task,
+                             uint64_t index,
+                             uint32_t *job);
+
+/**
+ * What the last 8 executions of a node took, where the configuration takes samples.
+ *
+ * Threads: any, while nobody changes the scheduler. Real time: yes. Time: O(1). Errors: RED_STATUS_UNKNOWN_NODE: no such
+ * node in the task's graph, or no such task.
+ */
+red_status red_scheduler_executions(const struct red_scheduler *scheduler,
+                                    uint32_t task,
+                                    uint32_t node,
+                                    struct red_executions *executions);
+
+/**
+ * Counters and figures.
+ *
+ * Threads: any, while nobody changes the scheduler. Real time: yes. Time: O(jobs * nodes). Errors: those of the handle.
+ */
+red_status red_scheduler_figures(const struct red_scheduler *scheduler,
+                                 struct red_figures *figures);
+
+/**
+ * Takes the oldest events of the record: up to `room` into `events`, and how many into `count`. What found no room in the
+ * record is counted in red_figures: events_dropped.
+ *
+ * Threads: one at a time on a scheduler. Real time: yes. Time: O(room). Errors: those of the handle.
+ */
+red_status red_scheduler_take_events(struct red_scheduler *scheduler,
+                                     struct red_event *events,
+                                     size_t room,
+                                     size_t *count);
+
+/**
+ * The version of the ABI that this library has: RED_ABI_VERSION of its header.
+ *
+ * Threads: any, at once. Real time: yes. Time: O(1). Errors: none.
+ */
+uint32_t red_abi_version(void);
+
+/**
+ * The version of this library, as "0.1.0". The text is constant.
+ *
+ * Threads: any, at once. Real time: yes. Time: O(1). Errors: none.
+ */
+const char *red_version(void);
+
+/**
+ * Opens a scheduler of 4 tasks of 16 nodes and 16 jobs in flight; 4 lanes in 2 pools, 64 events. `memory`, of
+ * RED_SCHEDULER_4X16X16_BYTES and aligned to RED_ALIGN, is the library's until red_scheduler_close.
+ *
+ * Threads: any, at once. Real time: no. Time: O(memory). Errors: RED_STATUS_TOO_SHORT, RED_STATUS_MISALIGNED,
+ * RED_STATUS_OVERLAP, RED_STATUS_TOO_MANY_OPEN, RED_STATUS_NO_LANE, RED_STATUS_POOLS_FULL: more lanes than the class has,
+ * RED_STATUS_OUT_OF_RANGE: another field of the configuration.
+ */
+red_status red_scheduler_open_4x16x16(void *memory,
+                                      size_t bytes,
+                                      const struct red_config *config,
+                                      struct red_scheduler *scheduler);
+
+/**
+ * Opens a scheduler of 8 tasks of 64 nodes and 32 jobs in flight; 8 lanes in 4 pools, 256 events. `memory`, of
+ * RED_SCHEDULER_8X64X32_BYTES and aligned to RED_ALIGN, is the library's until red_scheduler_close.
+ *
+ * Threads: any, at once. Real time: no. Time: O(memory). Errors: as red_scheduler_open_4x16x16.
+ */
+red_status red_scheduler_open_8x64x32(void *memory,
+                                      size_t bytes,
+                                      const struct red_config *config,
+                                      struct red_scheduler *scheduler);
+
+/**
+ * Opens a scheduler of 16 tasks of 256 nodes and 64 jobs in flight; 32 lanes in 32 pools, 1,024 events. `memory`, of
+ * RED_SCHEDULER_16X256X64_BYTES and aligned to RED_ALIGN, is the library's until red_scheduler_close.
+ *
+ * Threads: any, at once. Real time: no. Time: O(memory). Errors: as red_scheduler_open_4x16x16.
+ */
+red_status red_scheduler_open_16x256x64(void *memory,
+                                        size_t bytes,
+                                        const struct red_config *config,
+                                        struct red_scheduler *scheduler);
+
+/**
+ * Closes a scheduler; its memory is the caller's again.
+ *
+ * Threads: one at a time on a scheduler. Real time: yes. Time: O(1). Errors: RED_STATUS_CLOSED.
+ */
+red_status red_scheduler_close(struct red_scheduler *scheduler);
+
+/**
+ * Adds a pool of `lanes` lanes after the others; the first, 0, is that of the configuration. `memory_bytes` is its budget,
+ * RED_NONE_64: unlimited.
+ *
+ * Threads: one at a time on a scheduler. Real time: yes. Time: O(lanes). Errors: RED_STATUS_NO_LANE,
+ * RED_STATUS_POOLS_FULL.
+ */
+red_status red_scheduler_add_pool(struct red_scheduler *scheduler,
+                                  uint32_t lanes,
+                                  uint64_t memory_bytes,
+                                  uint32_t *pool);
+
+/**
+ * Makes a sensor known that captures a frame each `period_ns`, from time 0 on; jobs released between two captures share the
+ * earlier one. Sensors of one period are one: the frame's number tells them apart.
+ *
+ * Threads: one at a time on a scheduler. Real time: yes. Time: O(sensors). Errors: RED_STATUS_ZERO_PERIOD,
+ * RED_STATUS_SENSORS_FULL.
+ */
+red_status red_scheduler_add_sensor(struct red_scheduler *scheduler,
+                                    uint64_t period_ns,
+                                    uint32_t *sensor);
+
+/**
+ * The configuration of a scheduler.
+ *
+ * Threads: any, while nobody changes the scheduler. Real time: yes. Time: O(1). Errors: those of the handle.
+ */
+red_status red_scheduler_config(const struct red_scheduler *scheduler,
+                                struct red_config *config);
+
+/**
+ * Bytes that running units and kept results hold of a pool's budget.
+ *
+ * Threads: any, while nobody changes the scheduler. Real time: yes. Time: O(1). Errors: RED_STATUS_UNKNOWN_POOL.
+ */
+red_status red_scheduler_memory_used(const struct red_scheduler *scheduler,
+                                     uint32_t pool,
+                                     uint64_t *used_bytes);
+
+/**
+ * Bytes that red_scheduler_open_4x16x16 needs here: at most RED_SCHEDULER_4X16X16_BYTES.
+ *
+ * Threads: any, at once. Real time: yes. Time: O(1). Errors: none.
+ */
+size_t red_scheduler_bytes_4x16x16(void);
+
+/**
+ * Bytes that red_scheduler_open_8x64x32 needs here: at most RED_SCHEDULER_8X64X32_BYTES.
+ *
+ * Threads: any, at once. Real time: yes. Time: O(1). Errors: none.
+ */
+size_t red_scheduler_bytes_8x64x32(void);
+
+/**
+ * Bytes that red_scheduler_open_16x256x64 needs here: at most RED_SCHEDULER_16X256X64_BYTES.
+ *
+ * Threads: any, at once. Real time: yes. Time: O(1). Errors: none.
+ */
+size_t red_scheduler_bytes_16x256x64(void);
+
+/**
+ * The alignment that all memory needs which is lent to this library: at most RED_ALIGN.
+ *
+ * Threads: any, at once. Real time: yes. Time: O(1). Errors: none.
+ */
+size_t red_align(void);
+
+/**
+ * A status in words, with what to do about it; of a number that is none, that it is none. The text is constant.
+ *
+ * Threads: any, at once. Real time: yes. Time: O(1). Errors: none.
+ */
+const char *red_status_text(int32_t status);
+
+/**
+ * Admits a task. The graph is copied.
+ *
+ * Threads: one at a time on a scheduler, while nobody changes the graph. Real time: no. Time: O(lanes * (nodes + edges) +
+ * nodes log nodes). Errors: RED_STATUS_TASKS_FULL, RED_STATUS_EMPTY_GRAPH, RED_STATUS_DEADLINE,
+ * RED_STATUS_UNKNOWN_POOL, RED_STATUS_UNKNOWN_SENSOR, RED_STATUS_MEMORY, RED_STATUS_UNSCHEDULABLE,
+ * RED_STATUS_OTHER_CLASS, RED_STATUS_OUT_OF_RANGE: floor_keep above floor_of.
+ */
+red_status red_scheduler_add_task(struct red_scheduler *scheduler,
+                                  const struct red_dag *dag,
+                                  const struct red_timing *timing,
+                                  uint32_t *task);
+
+/**
+ * Removes a task; its jobs in flight are given up with the reason RED_SHED_REMOVED.
+ *
+ * Threads: one at a time on a scheduler. Real time: yes. Time: O(jobs * nodes). Errors: RED_STATUS_UNKNOWN_TASK.
+ */
+red_status red_scheduler_remove_task(struct red_scheduler *scheduler,
+                                     uint32_t task,
+                                     uint64_t now_ns);
+
+/**
+ * The bound on the response time of the task's newest graph, alone on its pools.
+ *
+ * Threads: any, while nobody changes the scheduler. Real time: no. Time: O(lanes * (nodes + edges)). Errors:
+ * RED_STATUS_UNKNOWN_TASK.
+ */
+red_status red_scheduler_certificate(const struct red_scheduler *scheduler,
+                                     uint32_t task,
+                                     struct red_certificate *certificate);
+
+/**
+ * Begins an edit: opens the task's newest graph as one of its own, to be changed and given to red_scheduler_commit, and
+ * closed. `memory` is as for red_dag_open of the scheduler's class. Closing it without a commit changes nothing.
+ *
+ * Threads: any, while nobody changes the scheduler. Real time: no. Time: O(nodes + edges). Errors:
+ * RED_STATUS_UNKNOWN_TASK, RED_STATUS_TOO_SHORT, RED_STATUS_MISALIGNED, RED_STATUS_OVERLAP, RED_STATUS_TOO_MANY_OPEN.
+ */
+red_status red_scheduler_edit(const struct red_scheduler *scheduler,
+                              uint32_t task,
+                              void *memory,
+                              size_t bytes,
+                              struct red_dag *dag);
+
+/**
+ * Applies an edit to the jobs that are released from now on; jobs in flight keep the graph of their release.
+ *
+ * Threads: one at a time on a scheduler, while nobody changes the graph. Real time: no. Time: O(nodes log nodes + lanes *
+ * (nodes + edges)). Errors: RED_STATUS_UNKNOWN_TASK, RED_STATUS_CONFLICT, RED_STATUS_DRAINING, RED_STATUS_EMPTY_GRAPH,
+ * RED_STATUS_UNKNOWN_POOL, RED_STATUS_UNKNOWN_SENSOR, RED_STATUS_MEMORY, RED_STATUS_UNSCHEDULABLE,
+ * RED_STATUS_OTHER_CLASS.
+ */
+red_status red_scheduler_commit(struct red_scheduler *scheduler,
+                                const struct red_dag *dag,
+                                uint64_t now_ns,
+                                struct red_certificate *certificate);
+
+#ifdef __cplusplus
+}  // extern "C"
+#endif  // __cplusplus
+
+#endif  /* RED_H */
+
+/* What a struct that may grow begins with: its size and the version of the ABI that it was compiled for. */
+#define RED_HEAD(type) (uint32_t)sizeof(type), RED_ABI_VERSION
+
+#define RED_CONFIG_INIT {RED_HEAD(red_config), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}
+#define RED_NODE_INIT {RED_HEAD(red_node), 0, 0, 0, 0, 0, 0, 0, 0, 0, RED_NONE}
+#define RED_TIMING_INIT {RED_HEAD(red_timing), 0, 0, 1, 0, 0, 0}
+#define RED_CERTIFICATE_INIT {RED_HEAD(red_certificate), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}
+#define RED_UNIT_INIT {RED_HEAD(red_unit), {0, 0, 0, 0, 0, 0, 0, 0}, 0, 0, 0, 0, 0, 0}
+#define RED_FIGURES_INIT {RED_HEAD(red_figures), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}
+#define RED_EXECUTIONS_INIT {RED_HEAD(red_executions), 0, 0, 0}
+#define RED_DAG_SUMMARY_INIT {RED_HEAD(red_dag_summary), 0, 0, 0, 0}

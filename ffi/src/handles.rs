@@ -1,0 +1,166 @@
+#![allow(unsafe_code, reason = "objects in C's memory")]
+//! What is open. A handle is a place in this table and the how-manieth that was opened there: one that was closed, made
+//! up, or given to another copy of this library finds something else there and is refused, and no memory is touched.
+//!
+//! ```text
+//! bits  0..8 place | 8..32 which copy of the library | 32..64 how-manieth
+//! ```
+
+use crate::graph::AnyGraph;
+use crate::guard::Guarded;
+use crate::machine::AnyMachine;
+use crate::name::Name;
+use crate::status::red_status;
+use core::cell::UnsafeCell;
+use core::ops::Range;
+use core::sync::atomic::{AtomicU32, AtomicUsize, Ordering};
+
+/// Places, of which the first stays empty: what was never opened is all zero, and finds it.
+const PLACES: usize = if cfg!(target_os = "none") { 16 } else { 256 };
+
+/// What a handle is for.
+#[derive(Clone, Copy)]
+pub(crate) enum Object {
+    Nothing,
+    Scheduler(*const AnyMachine),
+    Dag(*const Guarded<AnyGraph>),
+}
+
+#[repr(C, align(64))] // One line of the cache, and no multiplication to find it.
+struct Place {
+    /// The handle of what is open here.
+    name: Name,
+    object: UnsafeCell<Object>,
+    /// Somebody opens or closes here.
+    claimed: AtomicU32,
+    /// Addresses of the object's memory.
+    start: AtomicUsize,
+    end: AtomicUsize,
+}
+
+// SAFETY: `object` is written by who claimed the place, before it is open; calls on its handle read it.
+unsafe impl Sync for Place {}
+
+impl Place {
+    const fn free() -> Self {
+        Self {
+            name: Name::none(),
+            object: UnsafeCell::new(Object::Nothing),
+            claimed: AtomicU32::new(0),
+            start: AtomicUsize::new(0),
+            end: AtomicUsize::new(0),
+        }
+    }
+
+    fn is_open(&self) -> bool {
+        self.name.get() as u32 != 0
+    }
+
+    /// Keeps everybody else from opening or closing here.
+    fn claim(&self) -> Option<Claim<'_>> {
+        // Acquire: pairs with the Release in `Claim`.
+        #[cfg(target_has_atomic = "32")]
+        let claimed = self.claimed.compare_exchange(0, 1, Ordering::Acquire, Ordering::Relaxed).is_ok();
+        // Without such an instruction there is one core, and who interrupts here is done before this goes on.
+        #[cfg(not(target_has_atomic = "32"))]
+        let claimed = self.claimed.load(Ordering::Acquire) == 0 && {
+            self.claimed.store(1, Ordering::Relaxed);
+            true
+        };
+        claimed.then(|| Claim(&self.claimed))
+    }
+}
+
+struct Claim<'a>(&'a AtomicU32);
+
+impl Drop for Claim<'_> {
+    fn drop(&mut self) {
+        // Release: pairs with the Acquire in `Place::claim`.
+        self.0.store(0, Ordering::Release);
+    }
+}
+
+static TABLE: [Place; PLACES] = [const { Place::free() }; PLACES];
+
+/// Which copy of the library this is: where its table lies, never 0.
+fn copy() -> u32 {
+    let address = (&raw const TABLE).addr();
+    (((address >> 4) ^ (address >> 28)) as u32 | 1) << 8
+}
+
+/// The object of a handle.
+#[inline(always)]
+fn find(bits: u64) -> Option<Object> {
+    let place = TABLE.get(bits as usize & 0xff)?;
+    // SAFETY: the place is open, so its object was written before, and is not written until it is closed.
+    (place.name.get() == bits).then(|| unsafe { *place.object.get() })
+}
+
+/// Why a handle is not of what it should be.
+#[cold]
+fn refusal(bits: u64) -> red_status {
+    match find(bits) {
+        _ if bits == 0 => red_status::Closed,
+        Some(_) => red_status::OtherKind,
+        None if bits as u32 & !0xff == copy() => red_status::Closed,
+        None => red_status::Foreign,
+    }
+}
+
+/// The scheduler of a handle.
+#[inline(always)]
+pub(crate) fn scheduler(bits: u64) -> Result<&'static AnyMachine, red_status> {
+    match find(bits) {
+        // SAFETY: it was made at `open` and lives until `close`.
+        Some(Object::Scheduler(machine)) => Ok(unsafe { &*machine }),
+        _ => Err(refusal(bits)),
+    }
+}
+
+/// The graph of a handle.
+pub(crate) fn graph(bits: u64) -> Result<&'static Guarded<AnyGraph>, red_status> {
+    match find(bits) {
+        // SAFETY: it was made at `open` and lives until `close`.
+        Some(Object::Dag(graph)) => Ok(unsafe { &*graph }),
+        _ => Err(refusal(bits)),
+    }
+}
+
+/// Opens what `make` makes in memory of these addresses; its handle.
+pub(crate) fn open(range: &Range<usize>, make: impl FnOnce() -> Object) -> Result<u64, red_status> {
+    let overlaps = |place: &Place| {
+        place.start.load(Ordering::Relaxed) < range.end && range.start < place.end.load(Ordering::Relaxed)
+    };
+    if TABLE.iter().any(|place| place.is_open() && overlaps(place)) {
+        return Err(red_status::Overlap);
+    }
+    for (i, place) in TABLE.iter().enumerate().skip(1) {
+        if place.is_open() {
+            continue;
+        }
+        let Some(_claim) = place.claim() else { continue };
+        // Another one may have opened it since.
+        if place.is_open() {
+            continue;
+        }
+        place.start.store(range.start, Ordering::Relaxed);
+        place.end.store(range.end, Ordering::Relaxed);
+        // SAFETY: nothing is open here and the claim is ours, so nobody else looks at it.
+        unsafe { *place.object.get() = make() };
+        let name = (place.name.get() >> 32).wrapping_add(1) << 32 | u64::from(copy()) | i as u64;
+        place.name.set(name);
+        return Ok(name);
+    }
+    Err(red_status::TooManyOpen)
+}
+
+/// Closes the handle of what was just found; its memory is C's again.
+pub(crate) fn close(bits: u64) -> Result<(), red_status> {
+    let place = TABLE.get(bits as usize & 0xff).ok_or(red_status::Foreign)?;
+    let _claim = place.claim().ok_or(red_status::Busy)?;
+    let _open = find(bits).ok_or_else(|| refusal(bits))?;
+    place.name.set(bits >> 32 << 32);
+    // SAFETY: nothing is open here and the claim is ours.
+    unsafe { *place.object.get() = Object::Nothing };
+    Ok(())
+}

@@ -1,0 +1,281 @@
+//! A scheduler of any class.
+
+use crate::action::{red_action, red_action_head, red_action_kind};
+use crate::boundary::{Memory, Out, Room};
+use crate::dag::open_dag;
+use crate::event::{red_event, red_figures};
+use crate::graph::AnyGraph;
+use crate::guard::Guarded;
+use crate::status::{flat, red_status, status};
+use crate::values::{RED_NONE_64, red_dag};
+use red_core::{
+    Action, Bytes, Capacity, Certificate, CompleteError, Config, Dag, Dispatch, Duration, Empty, Estimator,
+    Instant, JobId, LaneId, Member, NodeId, Outcome, PoolError, PoolId, Role, Scheduler, SensorError,
+    SensorId, TaskId, Timing, Unit, UnitId,
+};
+
+/// A scheduler, and what this library keeps beside it.
+pub(crate) struct Host<C: Capacity> {
+    scheduler: Scheduler<C>,
+    /// Pools after the first, and sensors, that were added.
+    more_pools: u32,
+    sensors: usize,
+}
+
+impl<C: Capacity> Host<C> {
+    /// To be configured in its place: a scheduler of the largest class is larger than many stacks.
+    pub(crate) const NEW: Self = Self { scheduler: Empty::EMPTY, more_pools: 0, sensors: 0 };
+
+    pub(crate) fn configure(&mut self, config: Config) {
+        self.scheduler.configure(config);
+    }
+
+    /// A graph of this class whose sensors are there.
+    fn graph<'a>(&self, graph: &'a AnyGraph) -> Result<&'a Dag<C>, red_status> {
+        let dag = graph.any().downcast_ref::<Dag<C>>().ok_or(red_status::OtherClass)?;
+        let unknown = |id: NodeId| match dag.node(id).map(red_core::Node::role) {
+            Some(Role::SharedEncoder(frame)) => {
+                frame.sensor.is_some_and(|sensor| sensor.index() >= self.sensors)
+            }
+            _ => false,
+        };
+        if dag.nodes().any(unknown) { Err(red_status::UnknownSensor) } else { Ok(dag) }
+    }
+}
+
+/// A scheduler in memory of C's.
+pub(crate) type Shared<C> = Guarded<Host<C>>;
+/// A scheduler behind a handle.
+pub(crate) type AnyMachine = dyn Loop;
+/// Its calls that are not of the loop.
+pub(crate) type Rest = dyn Machine;
+
+/// The other calls of a [`Scheduler`], whatever its capacity is.
+pub(crate) trait Machine {
+    fn add_pool(&mut self, lanes: u8, memory: Option<Bytes>) -> Result<PoolId, PoolError>;
+    fn add_sensor(&mut self, period: Duration) -> Result<SensorId, SensorError>;
+    fn add_task(&mut self, graph: &AnyGraph, timing: Timing) -> Result<TaskId, red_status>;
+    fn remove_task(&mut self, task: TaskId, now: Instant) -> bool;
+    fn edit(&self, task: TaskId, memory: Memory) -> Result<red_dag, red_status>;
+    fn commit(&mut self, graph: &AnyGraph, now: Instant) -> Result<Certificate, red_status>;
+    fn certificate(&self, task: TaskId) -> Option<Certificate>;
+    fn fail(&mut self, unit: UnitId, now: Instant) -> Result<(), CompleteError>;
+    fn take_outcome(&mut self) -> Option<Outcome>;
+    fn retire_lane(&mut self, lane: LaneId) -> bool;
+    fn restore_lane(&mut self, lane: LaneId) -> bool;
+    fn poll_at(&self) -> Option<Instant>;
+    fn unit(&self, unit: UnitId) -> Option<Unit>;
+    fn members(&self, unit: UnitId, each: &mut dyn FnMut(Member));
+    fn job_id(&self, task: TaskId, index: u64) -> Option<JobId>;
+    fn executions(&self, task: TaskId, node: NodeId) -> Option<&Estimator>;
+    fn pools(&self) -> u32;
+    fn memory_used(&self, pool: PoolId) -> Bytes;
+    fn config(&self) -> &Config;
+    fn figures(&self) -> red_figures;
+}
+
+/// The calls of the loop, which are made for every node: one jump from the function of the header, and nothing between
+/// that and the scheduler.
+pub(crate) trait Loop {
+    fn rest(&self) -> &Guarded<Rest>;
+    extern "C" fn release_at(
+        &self,
+        task: u32,
+        release_ns: u64,
+        capture: u64,
+        now_ns: u64,
+        job: *mut u32,
+    ) -> red_status;
+    extern "C" fn poll(&self, now_ns: u64, action: *mut red_action) -> red_status;
+    extern "C" fn poll_on(&self, lane: u32, now_ns: u64, action: *mut red_action) -> red_status;
+    extern "C" fn complete(&self, unit: u64, now_ns: u64) -> red_status;
+    extern "C" fn complete_and_poll(&self, unit: u64, now_ns: u64, action: *mut red_action) -> red_status;
+    extern "C" fn take_events(&self, events: *mut red_event, room: usize, count: *mut usize) -> red_status;
+}
+
+/// Writes an action where C wants it. The outcome is written where there is one.
+#[inline(always)]
+fn put(action: Option<Action>, to: Out<red_action>) {
+    let unit = |kind: red_action_kind, dispatch: Dispatch| {
+        let (lane, unit) = (dispatch.lane.index() as u32, dispatch.unit.to_bits());
+        to.head().put(red_action_head { kind: kind as u32, lane, unit });
+    };
+    match action {
+        Some(Action::Dispatch(dispatch)) => unit(red_action_kind::Dispatch, dispatch),
+        Some(Action::Preempt(dispatch)) => unit(red_action_kind::Preempt, dispatch),
+        Some(Action::Ended(outcome)) => {
+            to.put(red_action {
+                kind: red_action_kind::Ended as u32,
+                outcome: outcome.into(),
+                ..red_action::EMPTY
+            });
+        }
+        _ => to.head().put(red_action_head::EMPTY),
+    }
+}
+
+impl<C: Capacity> Loop for Shared<C> {
+    fn rest(&self) -> &Guarded<Rest> {
+        self
+    }
+
+    extern "C" fn release_at(
+        &self,
+        task: u32,
+        release_ns: u64,
+        capture: u64,
+        now_ns: u64,
+        job: *mut u32,
+    ) -> red_status {
+        flat(self.enter().and_then(|mut host| {
+            let out = Out::of(job)?;
+            let capture = (capture != RED_NONE_64).then_some(capture);
+            let (release, now) = (Instant::from_nanos(release_ns), Instant::from_nanos(now_ns));
+            let released = host.scheduler.release_at(TaskId::from_bits(task), release, capture, now);
+            Ok(status(released, |id| out.put(id.to_bits())))
+        }))
+    }
+
+    extern "C" fn poll(&self, now_ns: u64, action: *mut red_action) -> red_status {
+        flat(self.enter().and_then(|mut host| {
+            let out = Out::of(action)?;
+            put(host.scheduler.poll(Instant::from_nanos(now_ns)), out);
+            Ok(red_status::Ok)
+        }))
+    }
+
+    extern "C" fn poll_on(&self, lane: u32, now_ns: u64, action: *mut red_action) -> red_status {
+        flat(self.enter().and_then(|mut host| {
+            let (lane, out) = (lane_id(lane)?, Out::of(action)?);
+            put(host.scheduler.poll_on(lane, Instant::from_nanos(now_ns)), out);
+            Ok(red_status::Ok)
+        }))
+    }
+
+    extern "C" fn complete(&self, unit: u64, now_ns: u64) -> red_status {
+        flat(self.enter().map(|mut host| {
+            status(host.scheduler.complete(UnitId::from_bits(unit), Instant::from_nanos(now_ns)), drop)
+        }))
+    }
+
+    extern "C" fn complete_and_poll(&self, unit: u64, now_ns: u64, action: *mut red_action) -> red_status {
+        flat(self.enter().and_then(|mut host| {
+            let out = Out::of(action)?;
+            let (unit, now) = (UnitId::from_bits(unit), Instant::from_nanos(now_ns));
+            Ok(status(host.scheduler.complete_and_poll(unit, now), |next| put(next, out)))
+        }))
+    }
+
+    extern "C" fn take_events(&self, events: *mut red_event, room: usize, count: *mut usize) -> red_status {
+        flat(self.enter().and_then(|mut host| {
+            Room::of(events, room, count)?.take(|| host.scheduler.take_event().map(red_event::from));
+            Ok(red_status::Ok)
+        }))
+    }
+}
+
+/// A lane of this number; whether it exists is for the scheduler to say.
+pub(crate) fn lane_id(number: u32) -> Result<LaneId, red_status> {
+    u8::try_from(number).map(LaneId::new).map_err(|_| red_status::UnknownLane)
+}
+
+impl<C: Capacity> Machine for Host<C> {
+    fn add_pool(&mut self, lanes: u8, memory: Option<Bytes>) -> Result<PoolId, PoolError> {
+        let pool = self.scheduler.add_pool(lanes, memory)?;
+        self.more_pools += 1;
+        Ok(pool)
+    }
+
+    fn add_sensor(&mut self, period: Duration) -> Result<SensorId, SensorError> {
+        let sensor = self.scheduler.add_sensor(period)?;
+        self.sensors = self.sensors.max(sensor.index() + 1);
+        Ok(sensor)
+    }
+
+    fn add_task(&mut self, graph: &AnyGraph, timing: Timing) -> Result<TaskId, red_status> {
+        Ok(self.scheduler.add_task(self.graph(graph)?, timing)?)
+    }
+
+    fn remove_task(&mut self, task: TaskId, now: Instant) -> bool {
+        self.scheduler.remove_task(task, now)
+    }
+
+    fn edit(&self, task: TaskId, memory: Memory) -> Result<red_dag, red_status> {
+        open_dag(&memory.room_for()?, self.scheduler.edit(task).ok_or(red_status::UnknownTask)?)
+    }
+
+    fn commit(&mut self, graph: &AnyGraph, now: Instant) -> Result<Certificate, red_status> {
+        Ok(self.scheduler.commit(self.graph(graph)?, now)?)
+    }
+
+    fn certificate(&self, task: TaskId) -> Option<Certificate> {
+        self.scheduler.certificate(task)
+    }
+
+    fn fail(&mut self, unit: UnitId, now: Instant) -> Result<(), CompleteError> {
+        self.scheduler.fail(unit, now)
+    }
+
+    fn take_outcome(&mut self) -> Option<Outcome> {
+        self.scheduler.take_outcome()
+    }
+
+    fn retire_lane(&mut self, lane: LaneId) -> bool {
+        self.scheduler.retire_lane(lane)
+    }
+
+    fn restore_lane(&mut self, lane: LaneId) -> bool {
+        self.scheduler.restore_lane(lane)
+    }
+
+    fn poll_at(&self) -> Option<Instant> {
+        self.scheduler.poll_at()
+    }
+
+    fn unit(&self, unit: UnitId) -> Option<Unit> {
+        self.scheduler.unit(unit)
+    }
+
+    fn members(&self, unit: UnitId, each: &mut dyn FnMut(Member)) {
+        self.scheduler.members(unit).for_each(each);
+    }
+
+    fn job_id(&self, task: TaskId, index: u64) -> Option<JobId> {
+        self.scheduler.job_id(task, index)
+    }
+
+    fn executions(&self, task: TaskId, node: NodeId) -> Option<&Estimator> {
+        self.scheduler.task_node(task, node).map(|(_, executions)| executions)
+    }
+
+    fn pools(&self) -> u32 {
+        1 + self.more_pools
+    }
+
+    fn memory_used(&self, pool: PoolId) -> Bytes {
+        self.scheduler.memory_used(pool)
+    }
+
+    fn config(&self) -> &Config {
+        self.scheduler.config()
+    }
+
+    fn figures(&self) -> red_figures {
+        let (now, so_far) = (&self.scheduler, self.scheduler.counters());
+        red_figures {
+            units: so_far.units,
+            encoder_runs_saved: so_far.encoder_runs_saved,
+            overruns: so_far.overruns,
+            clock_steps_back: so_far.clock_steps_back,
+            late_completions: so_far.late_completions,
+            evictions: so_far.evictions,
+            events_dropped: now.events_dropped(),
+            lanes: now.lanes() as u32,
+            jobs_in_flight: now.jobs_in_flight() as u32,
+            ready: now.ready_sub_jobs() as u32,
+            running: now.running_units() as u32,
+            can_dispatch: now.can_dispatch().into(),
+            ..red_figures::EMPTY
+        }
+    }
+}
