@@ -1,5 +1,6 @@
 //! `redrt replay`: a recorded run fed to the scheduler again.
 
+mod calls;
 mod figures;
 mod names;
 mod refused;
@@ -13,7 +14,7 @@ use crate::session::Robot;
 use crate::table::time;
 use figures::Figures;
 use names::Names;
-use red_core::{Empty, Instant, Scheduler, TaskId, UnitId};
+use red_core::{Capacity, Empty, Instant, Scheduler, TaskId, UnitId};
 use red_record::{Broken, Difference, Entry, Header, LogError, Reader, Replay, replay};
 use red_sim::{Execution, Options, Past, Report, simulate_past};
 use red_workload::build::{self, Plan};
@@ -39,9 +40,12 @@ lanes=N or lanes.POOL=N, several with commas.
 Example:
   redrt run examples/cruise.toml --duration 5s --record cruise.redlog
   redrt replay cruise.redlog
-  redrt replay cruise.redlog --what-if policy=edf,lanes=2")]
+  redrt replay cruise.redlog --what-if policy=edf,lanes=2
+
+A log whose scheduler was set up by calls needs no workload: its tasks and nodes have numbers for names (task-0,
+node-3), and --what-if is refused.")]
 pub(crate) struct Args {
-    /// Log of `redrt run --record`.
+    /// Log of `redrt run --record`, or of a program that records its calls.
     log: PathBuf,
     /// Simulate what would have happened with these changes.
     #[arg(long, value_name = "CHANGES", value_delimiter = ',', num_args = 1)]
@@ -84,9 +88,12 @@ struct Both {
     at_wcet: Vec<String>,
 }
 
-/// A log whose run is set up again.
+/// A log in a file.
+type Log = Reader<BufReader<File>>;
+
+/// A log whose workload is set up again.
 pub(crate) struct Opened {
-    log: Reader<BufReader<File>>,
+    log: Log,
     workload: Workload,
     policy: Policy,
     scheduler: Box<Scheduler<Robot>>,
@@ -96,7 +103,12 @@ pub(crate) struct Opened {
 
 /// Replays and reports.
 pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
-    let mut opened = open(&args.log).map_err(|refused| refused.tell(args.json, None, None))?;
+    let refused = |refused: Refused| refused.tell(args.json, None, None);
+    let log = read(&args.log).map_err(refused)?;
+    if log.header().config.is_some() {
+        return calls::main(args, log);
+    }
+    let mut opened = set_up(&args.log, log).map_err(refused)?;
     let (mut workload, mut policy_then) = (opened.workload.clone(), opened.policy);
     what_if::apply(&args.what_if, &mut workload, &mut policy_then).map_err(Failure::Input)?;
     let mut names = Names::new(&opened.workload, opened.plan.nodes.clone());
@@ -111,29 +123,37 @@ pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
             }
         })
     });
-    let policy = Some(opened.log.header().policy.clone());
-    let found = match found {
-        Ok(found) => found,
-        Err(broken) => {
-            return Err(Refused::after(&args.log, &broken).tell(args.json, policy, Some(&broken)));
-        }
-    };
+    let found = found.map_err(|broken| {
+        let policy = Some(opened.log.header().policy.clone());
+        Refused::after(&args.log, &broken).tell(args.json, policy, Some(&broken))
+    })?;
     if let (None, Some(figures)) = (&found.difference, &figures) {
         return answer_what_if(args, &opened, figures, &workload, policy_then);
     }
+    compared(args, opened.log.header(), &found, &names, &opened.scheduler)
+}
+
+/// Reports a log that was fed to its end, or to its first difference.
+fn compared<C: Capacity>(
+    args: &Args,
+    header: &Header,
+    found: &Replay,
+    names: &Names,
+    scheduler: &Scheduler<C>,
+) -> Result<Answer, Failure> {
     let equal = found.difference.is_none();
     let report = Compared {
-        policy,
+        policy: Some(header.policy.clone()),
         inputs: found.inputs,
         actions: found.actions,
         equal: Some(equal),
-        difference: found.difference.as_ref().map(|difference| differs(difference, &names, &opened)),
+        difference: found.difference.as_ref().map(|difference| differs(difference, names, scheduler)),
         refused: None,
     };
     if args.json {
         output::json(&report)?;
     } else {
-        output::line(&text(opened.log.header(), &report))?;
+        output::line(&text(header, &report))?;
     }
     Ok(Answer::of(equal))
 }
@@ -172,12 +192,15 @@ fn answer_what_if(
     Ok(Answer::Yes)
 }
 
-fn open(path: &Path) -> Result<Opened, Refused> {
+fn read(path: &Path) -> Result<Log, Refused> {
     let refused = |e| Refused::by(path, &e);
     let unreadable = |e| refused(LogError::Read(e));
     let _or_missing = regular::exists(path).map_err(unreadable)?;
     let file = File::open(path).map_err(unreadable)?;
-    let log = Reader::new(BufReader::new(file)).map_err(refused)?;
+    Reader::new(BufReader::new(file)).map_err(refused)
+}
+
+fn set_up(path: &Path, log: Log) -> Result<Opened, Refused> {
     let header = log.header();
     let of_other = |what: &str| Refused::new(path, "newer", format!("{what}; update the program"));
     let policy: Policy = header.policy.parse().map_err(|_| of_other("its policy is not known"))?;
@@ -205,12 +228,12 @@ impl Opened {
     }
 }
 
-fn differs(difference: &Difference, names: &Names, opened: &Opened) -> Differs {
+fn differs<C: Capacity>(difference: &Difference, names: &Names, scheduler: &Scheduler<C>) -> Differs {
     let with = |text: String, name: Option<String>| match name {
         Some(name) => format!("{text}: {name}"),
         None => text,
     };
-    let of_unit = |unit: Option<UnitId>| names.of_unit(unit?, &opened.scheduler);
+    let of_unit = |unit: Option<UnitId>| names.of_unit(unit?, scheduler);
     let answer = |answer: &red_record::Answer| match answer {
         red_record::Answer::Started(started) => with(answer.to_string(), names.of_start(started)),
         _ => with(answer.to_string(), of_unit(answer.unit())),
@@ -230,13 +253,13 @@ fn differs(difference: &Difference, names: &Names, opened: &Opened) -> Differs {
 fn text(header: &Header, report: &Compared) -> String {
     let Compared { inputs, actions, .. } = report;
     let lanes = if header.realtime { "in real time" } else { "best effort" };
-    let recorded = format!(
-        "recorded by {}: {} under policy {}, {} {lanes}",
-        shown(&header.program),
-        shown(&header.file),
-        shown(&header.policy),
-        time(Some(header.duration_ns))
-    );
+    let (program, policy) = (shown(&header.program), shown(&header.policy));
+    let recorded = if header.config.is_some() {
+        format!("recorded by {program}: set up by calls, under policy {policy}, {lanes}")
+    } else {
+        let (file, time) = (shown(&header.file), time(Some(header.duration_ns)));
+        format!("recorded by {program}: {file} under policy {policy}, {time} {lanes}")
+    };
     let Some(difference) = &report.difference else {
         return format!("{recorded}\n{inputs} inputs fed, {actions} actions compared: no difference");
     };

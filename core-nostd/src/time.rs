@@ -26,8 +26,7 @@ crate::capacity::numbers! {
     /// Delay that co-runners can add to an atomic node: the paper's Delta_cont.
     pub struct Contention(u64);
 
-    /// What a node is expected to take, from its last executions. It steers sub-deadlines and is not a bound: it
-    /// never enters `analysis`.
+    /// What a node is expected to take by its last executions: no bound. It never enters `analysis`.
     pub struct CostEstimate(u64);
 
     /// Memory in bytes.

@@ -8,15 +8,22 @@ mod recorded;
 use std::hint::black_box;
 
 use libfuzzer_sys::fuzz_target;
-use recorded::{Block, RUN, change, scheduler, sealed};
-use red_record::{Call, Reader, replay};
+use recorded::{Block, CONFIG, RUN, Small, change, scheduler, sealed};
+use red_core::Scheduler;
+use red_record::{Call, Reader, replay, replay_calls};
 
 fuzz_target!(|bytes: &[u8]| {
     match bytes {
-        [0, log @ ..] => _ = read(log),
-        [1, closed, blocks @ ..] => _ = read(&sealed(&split(blocks), *closed != 0)),
+        [0, log @ ..] => {
+            if let Ok(mut log) = Reader::new(log) {
+                _ = replay_calls::<Small, _>(&mut log, &mut Scheduler::new(CONFIG), |_, _| {});
+            }
+            _ = read(log, scheduler());
+        }
+        // Their tasks are there, so that little is needed to get far.
+        [1, closed, blocks @ ..] => _ = read(&sealed(&split(blocks), *closed != 0), scheduler()),
         [_, closed, changes @ ..] => {
-            let whole = read(&sealed(&changed(changes), *closed != 0));
+            let whole = read(&sealed(&changed(changes), *closed != 0), Scheduler::new(CONFIG));
             assert!(whole || !changes.is_empty() || *closed == 0, "the log of a run is not replayed");
         }
         _ => {}
@@ -57,8 +64,8 @@ fn changed(changes: &[u8]) -> Vec<Block> {
     vec![Block { entries: first, ..block }, second]
 }
 
-/// Whether it was replayed to its end without a difference.
-fn read(log: &[u8]) -> bool {
+/// Whether it was replayed to its end without a difference, on this scheduler.
+fn read(log: &[u8], mut scheduler: Scheduler<Small>) -> bool {
     let mut reader = match Reader::new(log) {
         Ok(reader) => reader,
         Err(refusal) => {
@@ -66,11 +73,10 @@ fn read(log: &[u8]) -> bool {
             return false;
         }
     };
-    let (mut scheduler, tasks) = scheduler();
     let (entries, mut last) = (reader.totals().map(|totals| totals.entries), None);
     let change = |scheduler: &mut _, number, now| {
         assert!(!cfg!(feature = "planted") || number != 1, "a planted bug");
-        change(scheduler, tasks, number, now)
+        change(scheduler, number, now)
     };
     let watch = |_: &_, entry: &red_record::Entry| {
         black_box(entry.to_string());

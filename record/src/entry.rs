@@ -3,8 +3,9 @@
 use crate::started::{Started, Starts};
 use core::fmt;
 use red_core::{
-    Action, Capacity, CommitError, CompleteError, Counters, Instant, JobId, LaneId, Outcome, ReleaseError,
-    Scheduler, TaskId, UnitId,
+    Action, AddTaskError, Bytes, Capacity, Certificate, CommitError, CompleteError, Counters, Duration,
+    Instant, JobId, LaneId, Node, NodeId, Outcome, PoolError, PoolId, ReleaseError, Role, Scheduler,
+    SensorError, SensorId, TaskId, UnitId,
 };
 
 /// A call on the scheduler. Its time is that of the [`Entry`].
@@ -35,6 +36,49 @@ pub enum Call {
     Restore(LaneId),
     /// `remove_task`.
     Remove(TaskId),
+    /// `add_pool`.
+    AddPool {
+        /// How many lanes.
+        lanes: u8,
+        /// Its memory budget.
+        memory: Option<Bytes>,
+    },
+    /// `add_sensor`, with its period.
+    AddSensor(Duration),
+    /// No call: a node of the graph of the next `AddTask` or `Commit`.
+    Node {
+        /// Its place.
+        place: NodeId,
+        /// What it is.
+        node: Node,
+    },
+    /// No call: edges of that graph, after the node that they leave.
+    Edges {
+        /// The node.
+        from: NodeId,
+        /// Which 64 places: the first of them is 64 times this.
+        group: u8,
+        /// A bit for each of these places that one leads to.
+        to: u64,
+    },
+    /// `add_task` of the graph before.
+    AddTask {
+        /// Relative deadline.
+        deadline: Duration,
+        /// Period.
+        period: Option<Duration>,
+        /// Value.
+        value: u32,
+        /// m and k of the floor.
+        floor: [u8; 2],
+    },
+    /// `commit` of the graph before.
+    Commit {
+        /// Whose graph it is.
+        task: TaskId,
+        /// The number of commits after which it was begun.
+        revision: u32,
+    },
     /// No call: the end of the run, and what the scheduler was then. The last entry of every log.
     End,
 }
@@ -46,7 +90,7 @@ pub enum Answer {
     Released(Result<JobId, ReleaseError>),
     /// Of a completion or failure.
     Reported(Result<(), CompleteError>),
-    /// Of a poll, or of `take_outcome`: nothing is to be done.
+    /// Of a poll, or of `take_outcome`: nothing is to be done. Of a part of a graph.
     Nothing,
     /// Of a poll: a unit starts.
     Started(Started),
@@ -60,6 +104,14 @@ pub enum Answer {
     Edited(Result<(), CommitError>),
     /// Of the calls that answer yes or no.
     Done(bool),
+    /// Of `add_pool`.
+    Pool(Result<PoolId, PoolError>),
+    /// Of `add_sensor`.
+    Sensor(Result<SensorId, SensorError>),
+    /// Of `add_task`.
+    Task(Result<TaskId, AddTaskError>),
+    /// Of `commit`.
+    Committed(Result<Certificate, CommitError>),
     /// At the end.
     End(End),
 }
@@ -72,7 +124,7 @@ pub struct End {
     /// Jobs that had not ended.
     pub jobs_in_flight: u64,
     /// A checksum of every start: its unit and job, the number of its encoder's result, its worst-case execution time and
-    /// its sub-deadline.
+    /// its sub-deadline; and of everything that was set up by calls.
     pub starts: u64,
 }
 
@@ -157,6 +209,21 @@ impl fmt::Display for Call {
             Self::Retire(lane) => write!(f, "retire lane {}", lane.index()),
             Self::Restore(lane) => write!(f, "restore lane {}", lane.index()),
             Self::Remove(task) => write!(f, "remove task {}", task.index()),
+            Self::AddPool { lanes, memory } => {
+                write!(f, "add pool of {lanes} lanes")?;
+                memory.map_or(Ok(()), |bytes| write!(f, " and {} bytes", bytes.0))
+            }
+            Self::AddSensor(period) => write!(f, "add sensor of period {} ns", period.as_nanos()),
+            Self::Node { place, node } => node_in(f, *place, node),
+            Self::Edges { from, group, to } => {
+                write!(f, "edges of node {} to", from.index())?;
+                let places = (0..64u32).filter(|bit| to >> bit & 1 != 0);
+                places.into_iter().try_for_each(|bit| write!(f, " {}", u32::from(*group) * 64 + bit))
+            }
+            Self::AddTask { deadline, .. } => write!(f, "add task of deadline {} ns", deadline.as_nanos()),
+            Self::Commit { task, revision } => {
+                write!(f, "commit to task {} what was begun after commit {revision}", task.index())
+            }
             Self::End => f.write_str("end"),
         }
     }
@@ -175,6 +242,14 @@ impl fmt::Display for Answer {
             Self::Preempted(unit) => write!(f, "preempt {}", Named(*unit)),
             Self::Ended(outcome) => ended(f, outcome),
             Self::Unknown => f.write_str("an action that this version does not know"),
+            Self::Pool(Ok(pool)) => write!(f, "pool {}", pool.index()),
+            Self::Pool(Err(e)) => write!(f, "refused: {e:?}"),
+            Self::Sensor(Ok(sensor)) => write!(f, "sensor {}", sensor.index()),
+            Self::Sensor(Err(e)) => write!(f, "refused: {e:?}"),
+            Self::Task(Ok(task)) => write!(f, "task {:#x}", task.to_bits()),
+            Self::Task(Err(e)) => write!(f, "refused: {e:?}"),
+            Self::Committed(Ok(proof)) => write!(f, "{proof:?}"),
+            Self::Committed(Err(e)) => write!(f, "refused: {e:?}"),
             Self::Done(yes) => f.write_str(if *yes { "yes" } else { "no" }),
             Self::End(End { counters, jobs_in_flight, starts }) => {
                 write!(f, "{counters:?}, jobs in flight {jobs_in_flight}, checksum of all starts {starts:#x}")
@@ -187,6 +262,16 @@ impl fmt::Display for Entry {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}  {} -> {}", Time(self.now), self.call, self.answer)
     }
+}
+
+fn node_in(f: &mut fmt::Formatter<'_>, place: NodeId, node: &Node) -> fmt::Result {
+    let role = match node.role() {
+        Role::Ordinary => "",
+        Role::SharedEncoder(_) => ", encoder",
+        Role::Decoder => ", decoder",
+    };
+    let (pool, wcet) = (node.pool().index(), node.wcet().as_nanos());
+    write!(f, "node {}{role} of {wcet} ns in pool {pool}", place.index())
 }
 
 fn started_unit(f: &mut fmt::Formatter<'_>, started: &Started) -> fmt::Result {

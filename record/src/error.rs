@@ -47,6 +47,8 @@ pub enum LogError {
         /// Those of this program.
         expected: [usize; 5],
     },
+    /// What was set up is in a workload file, and not in the entries.
+    NotByCalls,
 }
 
 /// A log cannot be begun.
@@ -99,6 +101,7 @@ impl LogError {
             Self::Incomplete { .. } => "incomplete",
             Self::Unended => "unended",
             Self::Capacities { .. } => "capacities",
+            Self::NotByCalls => "not-by-calls",
         }
     }
 }
@@ -169,6 +172,9 @@ impl fmt::Display for LogError {
                 f,
                 "it was recorded with other capacities (tasks, nodes, jobs, lanes, pools): {found:?}, this program has \
                  {expected:?}; replay it with the program that recorded it"
+            ),
+            Self::NotByCalls => f.write_str(
+                "its scheduler was set up from a workload file, not by calls; replay it with `redrt replay`",
             ),
         }
     }

@@ -8,13 +8,20 @@
 //! under the lock      off the real-time path
 //! ```
 //!
+//! What set the scheduler up is in the header or in the entries. A host with a workload file puts its text into the
+//! header, and its graph changes are entries with a number. A host that builds its graphs by calls makes those calls on
+//! the [`Recorder`], too, and its header has the configuration ([`Header::by_calls`]): such a log needs nothing else
+//! ([`replay_calls`]), only capacities that the program knows ([`class`]).
+//!
 //! The side under the lock writes words into memory that it owns: no system call, no allocation, no waiting, and in the
 //! usual turn of a lane no atomic operation. If the other side does not keep up, the log ends there, and what came after
 //! is counted; what is kept has no gaps.
 #![forbid(unsafe_code)]
 
+pub mod class;
 mod entry;
 mod error;
+mod graph;
 mod header;
 mod reader;
 mod recorder;
@@ -30,7 +37,7 @@ pub use error::{LogError, StartError};
 pub use header::{FORMAT, Header};
 pub use reader::Reader;
 pub use recorder::Recorder;
-pub use replay::{Broken, Difference, Replay, replay};
+pub use replay::{Broken, Difference, Replay, replay, replay_calls};
 pub use started::{Members, Started};
 pub use tape::Tape;
 pub use totals::{Cut, Totals};

@@ -191,6 +191,11 @@ impl<R: Read> Reader<R> {
     const fn damaged(&self) -> LogError {
         LogError::Damaged { at: self.block.at, what: "a block" }
     }
+
+    /// The parts of a graph in this block are of none.
+    pub(crate) const fn no_graph(&self) -> LogError {
+        LogError::Damaged { at: self.block.at, what: "a graph in the block" }
+    }
 }
 
 impl Block {

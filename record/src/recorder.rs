@@ -1,5 +1,7 @@
 //! A scheduler whose inputs are recorded.
 
+mod set_up;
+
 use crate::entry::{Answer, Call, End, Entry};
 use crate::started::Started;
 use crate::tape::Tape;
@@ -19,10 +21,13 @@ use red_core::{
 /// let mut dag = Dag::<Caps<1, 8, 4>>::new();
 /// dag.add_node(Node::new(Wcet::from_millis(2)))?;
 /// let mut scheduler = Scheduler::new(Config::REDRT);
-/// let task = scheduler.add_task(&dag, Timing::new(Duration::from_millis(50)))?;
 /// let mut recorded = Recorder::new(&mut scheduler, None);
+/// let task = recorded.add_task(&dag, Timing::new(Duration::from_millis(50)))?;
 /// recorded.release_at(task, Instant::ZERO, None, Instant::ZERO)?;
 /// assert_eq!(recorded.jobs_in_flight(), 1);
+/// let mut edit = Scheduler::edit(&recorded, task).expect("the task is there");
+/// edit.add_node(Node::new(Wcet::from_millis(1)))?;
+/// assert!(recorded.commit(&edit, Instant::ZERO)?.fits());
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug)]
@@ -125,7 +130,8 @@ impl<'a, C: Capacity> Recorder<'a, C> {
     }
 
     /// Makes the host's graph change of this number: `change` does so on the scheduler, and does the same whenever it is
-    /// called with that number. Errors: those of `change`.
+    /// called with that number. For changes that a workload file lists; others are [`commit`](Self::commit)s. Errors:
+    /// those of `change`.
     pub fn edit(
         &mut self,
         number: u32,

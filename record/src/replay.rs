@@ -2,11 +2,12 @@
 
 use crate::entry::{Answer, Call, End, Entry};
 use crate::error::LogError;
+use crate::graph::Parts;
 use crate::header::Header;
 use crate::reader::Reader;
 use crate::started::Starts;
 use core::fmt;
-use red_core::{Capacity, CommitError, Instant, Scheduler};
+use red_core::{Capacity, CommitError, Dag, Duration, Instant, Scheduler, Timing};
 use std::collections::VecDeque;
 use std::io::Read;
 
@@ -84,14 +85,15 @@ pub fn replay<C: Capacity, R: Read>(
     let mut done = Replay { inputs: 0, actions: 0, difference: None };
     let mut before = VecDeque::with_capacity(CONTEXT);
     // Here there is time to ask for the members of every unit.
-    let mut starts = Starts::new(true);
+    let mut so_far = SoFar { starts: Starts::new(true), parts: Parts::default() };
     loop {
         let (inputs, actions) = (done.inputs, done.actions);
         let Some(entry) = log.next_entry().map_err(|error| Broken { error, inputs, actions })? else {
             return Ok(done);
         };
         done.inputs += 1;
-        let now = feed(scheduler, &entry, &mut starts, &mut change);
+        let now = so_far.feed(scheduler, &entry, &mut change);
+        let now = now.ok_or_else(|| Broken { error: log.no_graph(), inputs, actions })?;
         // Nothing depends on them.
         while scheduler.take_event().is_some() {}
         if now != entry.answer {
@@ -108,30 +110,73 @@ pub fn replay<C: Capacity, R: Read>(
     }
 }
 
-fn feed<C: Capacity>(
+/// Feeds a log that needs no workload to `scheduler`, which is configured as the recorded one was; whatever it held is
+/// forgotten. The caller chooses the capacities by those of the header ([`with_class`](crate::class::with_class)).
+///
+/// # Errors
+/// As [`replay`]; [`LogError::NotByCalls`]: it needs a workload.
+pub fn replay_calls<C: Capacity, R: Read>(
+    log: &mut Reader<R>,
     scheduler: &mut Scheduler<C>,
-    entry: &Entry,
-    starts: &mut Starts,
-    change: &mut impl FnMut(&mut Scheduler<C>, u32, Instant) -> Result<(), CommitError>,
-) -> Answer {
-    let now = entry.now;
-    match entry.call {
-        Call::Release { task, at, capture } => Answer::Released(scheduler.release_at(task, at, capture, now)),
-        Call::Complete(unit) => Answer::Reported(scheduler.complete(unit, now)),
-        Call::Fail(unit) => Answer::Reported(scheduler.fail(unit, now)),
-        Call::Poll(None) => {
-            let action = scheduler.poll(now);
-            Answer::of_poll(scheduler, action, starts)
-        }
-        Call::Poll(Some(lane)) => {
-            let action = scheduler.poll_on(lane, now);
-            Answer::of_poll(scheduler, action, starts)
-        }
-        Call::TakeOutcome => scheduler.take_outcome().map_or(Answer::Nothing, Answer::Ended),
-        Call::Edit(number) => Answer::Edited(change(scheduler, number, now)),
-        Call::Retire(lane) => Answer::Done(scheduler.retire_lane(lane)),
-        Call::Restore(lane) => Answer::Done(scheduler.restore_lane(lane)),
-        Call::Remove(task) => Answer::Done(scheduler.remove_task(task, now)),
-        Call::End => Answer::End(End::of(scheduler, starts)),
+    watch: impl FnMut(&Scheduler<C>, &Entry),
+) -> Result<Replay, Broken> {
+    let no_workload = Broken { error: LogError::NotByCalls, inputs: 0, actions: 0 };
+    scheduler.configure(log.header().config.ok_or(no_workload)?);
+    // Nobody knows what a number stands for.
+    replay(log, scheduler, |_, _, _| Err(CommitError::UnknownTask), watch)
+}
+
+/// What entries before the next one left.
+struct SoFar {
+    starts: Starts,
+    parts: Parts,
+}
+
+impl SoFar {
+    /// What the scheduler answers now. `None`: the parts of a graph before the entry, or in it, are of none.
+    fn feed<C: Capacity>(
+        &mut self,
+        scheduler: &mut Scheduler<C>,
+        entry: &Entry,
+        change: &mut impl FnMut(&mut Scheduler<C>, u32, Instant) -> Result<(), CommitError>,
+    ) -> Option<Answer> {
+        let now = entry.now;
+        self.starts.told(&entry.call);
+        let parts = self.parts.before(&entry.call)?;
+        Some(match entry.call {
+            Call::Release { task, at, capture } => {
+                Answer::Released(scheduler.release_at(task, at, capture, now))
+            }
+            Call::Complete(unit) => Answer::Reported(scheduler.complete(unit, now)),
+            Call::Fail(unit) => Answer::Reported(scheduler.fail(unit, now)),
+            Call::Poll(None) => {
+                let action = scheduler.poll(now);
+                Answer::of_poll(scheduler, action, &mut self.starts)
+            }
+            Call::Poll(Some(lane)) => {
+                let action = scheduler.poll_on(lane, now);
+                Answer::of_poll(scheduler, action, &mut self.starts)
+            }
+            Call::TakeOutcome => scheduler.take_outcome().map_or(Answer::Nothing, Answer::Ended),
+            Call::Edit(number) => Answer::Edited(change(scheduler, number, now)),
+            Call::Retire(lane) => Answer::Done(scheduler.retire_lane(lane)),
+            Call::Restore(lane) => Answer::Done(scheduler.restore_lane(lane)),
+            Call::Remove(task) => Answer::Done(scheduler.remove_task(task, now)),
+            Call::AddPool { lanes, memory } => Answer::Pool(scheduler.add_pool(lanes, memory)),
+            Call::AddSensor(period) => Answer::Sensor(scheduler.add_sensor(period)),
+            Call::Node { .. } | Call::Edges { .. } => Answer::Nothing,
+            Call::AddTask { deadline, period, value, floor: [m, k] } => {
+                let timing = Timing::new(deadline).value(value).floor(m.into(), k.into());
+                let timing = period.map_or(timing, |period: Duration| timing.every(period));
+                Answer::Task(scheduler.add_task(&parts.onto(Dag::new())?, timing))
+            }
+            Call::Commit { task, revision } => Answer::Committed(match scheduler.edit(task) {
+                // These two are refused before anybody looks at the graph, which then is of no version that there is.
+                None => Err(CommitError::UnknownTask),
+                Some(newest) if newest.origin().1 != revision => Err(CommitError::Conflict),
+                Some(newest) => scheduler.commit(&parts.onto(newest)?, now),
+            }),
+            Call::End => Answer::End(End::of(scheduler, &self.starts)),
+        })
     }
 }

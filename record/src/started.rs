@@ -1,5 +1,7 @@
 //! A unit that started, and whose it is. Its name has neither job nor members: two jobs of one task have the same nodes.
 
+use crate::entry::Call;
+use crate::words::Told;
 use red_core::{Capacity, JobId, Member, Scheduler, Unit, UnitId};
 
 /// Places for results of encoders at most.
@@ -44,6 +46,15 @@ impl Starts {
     /// take, and by when it should end.
     pub(crate) const fn sum(&self) -> u64 {
         self.sum
+    }
+
+    /// The host set something up. Of most of it no answer tells whether it was the same, so it is in the checksum.
+    pub(crate) fn told(&mut self, call: &Call) {
+        let words = Told::of(call);
+        words
+            .iter()
+            .flat_map(Told::words)
+            .for_each(|word| self.sum = folded(self.sum ^ FIRST, word ^ SECOND));
     }
 
     /// Two multiplications, the one of which does not wait for the start before.

@@ -6,11 +6,13 @@
 //! ```
 //!
 //! A unit is expected when it is the next one of the scheduler (dispatched), or the last one of its lane (reported);
-//! both sides keep the same books. Whatever is not expected follows in words of its own.
+//! both sides keep the same books. Whatever is not expected follows in words of its own, and so does all of a set-up call
+//! (`set_up.rs`).
 
 mod codes;
 mod figures;
 mod polls;
+mod set_up;
 mod turn;
 
 use crate::entry::{Answer, Call, Entry, back, then};
@@ -18,6 +20,7 @@ use crate::tape::Chunk;
 use codes::{COMMIT, RELEASE, REPORT, code, result, tag};
 use figures::{bits, numbers, put_outcome, take_end, take_outcome};
 use red_core::{Instant, JobId, LaneId, TaskId, UnitId};
+pub(crate) use set_up::Told;
 
 /// Words that are written for one entry at most: what was held back, its time, its head and the end of the run.
 pub(crate) const LONGEST: usize = 13;
@@ -106,8 +109,8 @@ impl Books {
         let step = entry.now.as_nanos().wrapping_sub(self.now.as_nanos());
         self.now = entry.now;
         let mut head = |h: Head| out.head(h.word(step), 1);
-        match (entry.call, entry.answer) {
-            (Call::Complete(unit), Answer::Reported(answer)) => {
+        match (&entry.call, &entry.answer) {
+            (&Call::Complete(unit), &Answer::Reported(answer)) => {
                 let h = Head::new(tag::COMPLETE, code(answer, &REPORT));
                 if self.is_last(unit) {
                     head(h.on(unit.lane()));
@@ -116,12 +119,12 @@ impl Books {
                     out.more(unit.to_bits());
                 }
             }
-            (Call::Fail(unit), Answer::Reported(answer)) => {
+            (&Call::Fail(unit), &Answer::Reported(answer)) => {
                 head(Head::new(tag::FAIL, code(answer, &REPORT)));
                 out.more(unit.to_bits());
             }
-            (Call::Poll(lane), answer) => self.encode_poll((entry.now, step), lane, &answer, out),
-            (Call::Release { task, at, capture }, Answer::Released(answer)) => {
+            (&Call::Poll(lane), answer) => self.encode_poll((entry.now, step), lane, answer, out),
+            (&Call::Release { task, at, capture }, &Answer::Released(answer)) => {
                 let h = Head::new(tag::RELEASE, code(answer, &RELEASE));
                 head(Head { other: u64::from(capture.is_some()), ..h });
                 out.more(task.to_bits().into());
@@ -137,24 +140,24 @@ impl Books {
             (Call::TakeOutcome, Answer::Nothing) => head(Head::new(tag::TAKE_OUTCOME, 0)),
             (Call::TakeOutcome, Answer::Ended(outcome)) => {
                 head(Head::new(tag::TAKE_OUTCOME, 1));
-                put_outcome(&outcome, entry.now, out);
+                put_outcome(outcome, entry.now, out);
             }
-            (Call::Edit(number), Answer::Edited(answer)) => {
+            (&Call::Edit(number), &Answer::Edited(answer)) => {
                 head(Head::new(tag::EDIT, code(answer, &COMMIT)));
                 out.more(number.into());
             }
-            (Call::Retire(lane), Answer::Done(yes)) => head(Head::new(tag::RETIRE, yes.into()).on(lane)),
-            (Call::Restore(lane), Answer::Done(yes)) => head(Head::new(tag::RESTORE, yes.into()).on(lane)),
-            (Call::Remove(task), Answer::Done(yes)) => {
+            (&Call::Retire(lane), &Answer::Done(yes)) => head(Head::new(tag::RETIRE, yes.into()).on(lane)),
+            (&Call::Restore(lane), &Answer::Done(yes)) => head(Head::new(tag::RESTORE, yes.into()).on(lane)),
+            (&Call::Remove(task), &Answer::Done(yes)) => {
                 head(Head::new(tag::REMOVE, yes.into()));
                 out.more(task.to_bits().into());
             }
             (Call::End, Answer::End(end)) => {
                 head(Head::new(tag::END, 0));
-                numbers(&end).into_iter().for_each(|number| out.more(number));
+                numbers(end).into_iter().for_each(|number| out.more(number));
             }
             // No call has another's answer: `Recorder` makes the pairs.
-            _ => {}
+            _ => set_up::put(&entry.call, &entry.answer, step, out),
         }
     }
 
@@ -214,6 +217,7 @@ impl Books {
             tag::RETIRE => asked.map(|lane| (Call::Retire(lane), yes)),
             tag::RESTORE => asked.map(|lane| (Call::Restore(lane), yes)),
             tag::REMOVE => bits(next()?).map(|task| (Call::Remove(TaskId::from_bits(task)), yes)),
+            tag::SET_UP => set_up::take(word & 0xFFF_FFFF, next)?,
             tag::END => Some((Call::End, Answer::End(take_end(next)?))),
             _ => None,
         };

@@ -8,6 +8,10 @@
 //! blocks: entries u32, length u32, crc u32, words          one per chunk, to the end of the file
 //! ```
 //!
+//! The JSON is `Header`: with `config` the log is one by calls and needs no workload, without it there is the workload's
+//! text. Entries (`words.rs`) are the same in both; a graph is an entry for each node and its edges before the call that
+//! takes it.
+//!
 //! Integers are little-endian, checksums CRC-32, words of entries LEB128. The state says whether the log is whole, or why
 //! not (`totals.rs`). One that is still open belongs to a program that was killed, or that still runs; so that its
 //! inputs up to then are there, a block is asked for once a second even if its chunk is not full.

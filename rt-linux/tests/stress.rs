@@ -130,6 +130,7 @@ fn header() -> Header {
         file: "none".to_owned(),
         format: "toml".to_owned(),
         workload: String::new(),
+        config: None,
     }
 }
 

@@ -33,6 +33,7 @@ impl Log {
             file: String::new(),
             format: "toml".into(),
             workload: String::new(),
+            config: None,
         };
         let started = Writer::start(&path, &header);
         let (writer, tape) = started.map_err(|e| NotRun::Failed(format!("{}: {e}", path.display())))?;

@@ -1,7 +1,6 @@
 //! Names of what a replay shows: task, job and node instead of numbers.
 
-use crate::session::Robot;
-use red_core::{JobId, Scheduler, UnitId};
+use red_core::{Capacity, JobId, Scheduler, UnitId};
 use red_record::{Answer, Call, Entry, Started};
 use red_workload::build::Numbered;
 use red_workload::model::Workload;
@@ -16,7 +15,8 @@ type Job = (usize, u64);
 /// Follows a replay; its memory does not grow.
 pub(super) struct Names {
     tasks: Vec<String>,
-    nodes: Vec<Vec<Numbered>>,
+    /// `None`: their numbers are their names.
+    nodes: Option<Vec<Vec<Numbered>>>,
     /// Jobs of each task that were released, refused ones included.
     released: Vec<u64>,
     /// The job that was released last in each place.
@@ -29,8 +29,19 @@ impl Names {
     pub(super) fn new(workload: &Workload, nodes: Vec<Vec<Numbered>>) -> Self {
         Self {
             tasks: workload.tasks.iter().map(|task| task.name.clone()).collect(),
-            nodes,
+            nodes: Some(nodes),
             released: vec![0; workload.tasks.len()],
+            jobs: Vec::new(),
+            units: VecDeque::new(),
+        }
+    }
+
+    /// Of at most so many tasks at once that nobody named.
+    pub(super) fn by_number(tasks: usize) -> Self {
+        Self {
+            tasks: (0..tasks).map(|task| format!("task-{task}")).collect(),
+            nodes: None,
+            released: vec![0; tasks],
             jobs: Vec::new(),
             units: VecDeque::new(),
         }
@@ -49,6 +60,12 @@ impl Names {
                 }
                 *released += 1;
             }
+            // Another task than the one that was there before.
+            (Call::AddTask { .. }, Answer::Task(Ok(task))) => {
+                if let Some(released) = self.released.get_mut(task.index()) {
+                    *released = 0;
+                }
+            }
             (_, Answer::Started(started)) => {
                 if let Some(job) = self.job(started.job) {
                     self.units.truncate(UNITS - 1);
@@ -65,7 +82,7 @@ impl Names {
     }
 
     /// Of a unit that runs, or did a while ago.
-    pub(super) fn of_unit(&self, unit: UnitId, scheduler: &Scheduler<Robot>) -> Option<String> {
+    pub(super) fn of_unit<C: Capacity>(&self, unit: UnitId, scheduler: &Scheduler<C>) -> Option<String> {
         let known = self.units.iter().find(|(named, _)| *named == unit).map(|(_, job)| *job);
         let runs = || scheduler.unit(unit).map(|unit| (unit.first.task.index(), unit.first.index));
         self.name(known.or_else(runs)?, unit)
@@ -77,8 +94,11 @@ impl Names {
     }
 
     fn name(&self, (task, job): Job, unit: UnitId) -> Option<String> {
-        let node = self.nodes.get(task)?.get(unit.node().index())?;
-        Some(format!("{}/{job}/{}", self.tasks.get(task)?, node.name))
+        let (task_name, node) = (self.tasks.get(task)?, unit.node().index());
+        Some(match &self.nodes {
+            Some(nodes) => format!("{task_name}/{job}/{}", nodes.get(task)?.get(node)?.name),
+            None => format!("{task_name}/{job}/node-{node}"),
+        })
     }
 }
 

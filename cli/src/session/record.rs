@@ -59,6 +59,7 @@ impl Recording {
             }
             .to_owned(),
             workload: source.text().to_owned(),
+            config: None,
         };
         let (writer, tape) = Writer::start(path, &header).map_err(|e| not_begun(path, e))?;
         Ok(Some((Self { path: path.to_owned(), writer }, tape)))

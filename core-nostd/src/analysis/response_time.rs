@@ -72,14 +72,14 @@ fn long_path<C: Capacity>(levels: &Levels<'_, C>, m: u64, graham: (Bound, u64)) 
     let (mut length, mut rest, mut best) = (first, dag.work() - first, graham);
     for j in 1..m {
         // Takes the longest path away; ties go to the lowest node id. A path visits a node at most once.
-        let mut at = dag.present().iter().find(|i| path[*i] == length);
+        let mut at = dag.present.iter().find(|i| path[*i] == length);
         while let Some(i) = at {
             let left = path[i] - cost[i];
             cost[i] = 0;
             at = dag.out(i).iter().find(|j| path[*j] == left);
         }
         levels.places().rev().for_each(|i| path[i] = cost[i] + dag.out(i).largest(&path));
-        length = dag.present().largest(&path);
+        length = dag.present.largest(&path);
         rest -= length;
         let value = first + rest.div_ceil(m - j);
         if value < best.1 {
@@ -93,7 +93,7 @@ fn long_path<C: Capacity>(levels: &Levels<'_, C>, m: u64, graham: (Bound, u64)) 
 fn never_waits_for_memory<C: Capacity>(dag: &Dag<C>, pool: usize, lanes: u64, budget: Bytes) -> bool {
     let bytes = |i: usize| u128::from(dag.at(i).memory.0);
     let mut left = NodeSet::<C>::EMPTY;
-    dag.present().each(|i| left.insert_if(i, dag.at(i).pool.index() == pool));
+    dag.present.each(|i| left.insert_if(i, dag.at(i).pool.index() == pool));
     let is_encoder = |i: &usize| matches!(dag.at(*i).role, Role::SharedEncoder(_));
     let mut needed: u128 = left.iter().filter(is_encoder).map(bytes).sum();
     for _ in 0..lanes {

@@ -37,8 +37,7 @@ impl DeadlineRule {
     }
 }
 
-/// The offsets of one graph under one rule, relative to the release, in nanoseconds; below zero where D is
-/// below the critical path.
+/// A graph's offsets under one rule: nanoseconds after the release, negative where D is below the critical path.
 ///
 /// ```
 /// use red_core::{Caps, Dag, DeadlineRule, Duration, Levels, Node, SubDeadlines, Wcet};

@@ -21,8 +21,8 @@ crate::capacity::stored! {
         nodes: C::Nodes<Node>,
         successors: C::Nodes<NodeSet<C>>,
         /// Number of predecessors.
-        indegree: C::Nodes<u8>,
-        present: NodeSet<C>,
+        pub(crate) indegree: C::Nodes<u8>,
+        pub(crate) present: NodeSet<C>,
         /// Places that an older version of the task's graph still uses, and one more than the highest place ever
         /// used: new nodes come after all others, so that the tie rule "by node index" means "by age".
         pub(crate) taken: NodeSet<C>,
@@ -159,8 +159,9 @@ impl<C: Capacity> Dag<C> {
         self.work
     }
 
-    pub(crate) const fn present(&self) -> &NodeSet<C> {
-        &self.present
+    /// What `commit` compares: whose graph `edit` took, and after how many commits; 0 where that did not make it.
+    pub const fn origin(&self) -> (TaskId, u32) {
+        (self.task, self.revision)
     }
 
     pub(crate) fn at(&self, place: usize) -> &Node {
@@ -169,10 +170,6 @@ impl<C: Capacity> Dag<C> {
 
     pub(crate) fn out(&self, place: usize) -> &NodeSet<C> {
         &self.successors[place]
-    }
-
-    pub(crate) const fn indegree(&self) -> &C::Nodes<u8> {
-        &self.indegree
     }
 
     /// A graph from nodes in the given places and edges by number in that list.

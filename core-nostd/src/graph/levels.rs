@@ -37,9 +37,9 @@ impl<'a, C: Capacity> Levels<'a, C> {
     pub fn of(dag: &'a Dag<C>) -> Self {
         let (height, path, order) = (Empty::EMPTY, Empty::EMPTY, Empty::EMPTY);
         let mut levels = Self { dag, height, path, order, len: 0, count: 0 };
-        let mut left = *dag.indegree();
+        let mut left = dag.indegree;
         let mut open = NodeSet::<C>::EMPTY;
-        dag.present().each(|i| open.insert_if(i, left[i] == 0));
+        dag.present.each(|i| open.insert_if(i, left[i] == 0));
         // Each round takes one whole level: at most C::NODES rounds, and each edge is looked at once.
         while !open.is_empty() {
             let mut next = NodeSet::EMPTY;
@@ -80,7 +80,7 @@ impl<'a, C: Capacity> Levels<'a, C> {
 
     /// The critical path cost C*, in nanoseconds.
     pub fn critical_path(&self) -> u64 {
-        self.dag.present().largest(&self.path)
+        self.dag.present.largest(&self.path)
     }
 
     /// Places of the nodes in topological order, by (height, id).

@@ -22,8 +22,8 @@ crate::capacity::stored! {
         /// Dropped jobs; bit 0 is job `newest`.
         history: u128,
         newest: u64,
-        window: u8,
-        allowed: u8,
+        pub(crate) window: u8,
+        pub(crate) allowed: u8,
     }
 }
 

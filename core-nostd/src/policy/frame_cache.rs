@@ -1,10 +1,9 @@
 //! What an encoder's result may be shared for, and where results are.
 //!
-//! *Background.* The paper merges encoders of one stage; here later stages and other tasks that read the same
-//! capture share too. *Rule.* Two encoders share a result iff weights, frame name and capture are equal. A ready
-//! encoder whose key is running waits for it without a lane, and is then a hit; one whose key is kept is a hit at
-//! once. A result lives while an uncompleted decoder or a not-started encoder of its key is in flight; its bytes
-//! count against its pool.
+//! *Background.* The paper merges encoders of one stage; here all that read the same capture share. *Rule.* Two
+//! encoders share a result iff weights, frame name and capture are equal. A ready encoder whose key is running
+//! waits for it without a lane, and is then a hit; one whose key is kept is a hit at once. A result lives while an
+//! uncompleted decoder or a not-started encoder of its key is in flight; its bytes count against its pool.
 
 use crate::graph::Frame;
 

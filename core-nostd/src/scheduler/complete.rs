@@ -41,8 +41,7 @@ impl<C: Capacity> Scheduler<C> {
         Ok(())
     }
 
-    /// The unit failed at `now`: all its members' jobs are given up with the reason `fault`.
-    /// Errors: [`CompleteError`].
+    /// The unit failed: all its members' jobs are given up with the reason `fault`. Errors: [`CompleteError`].
     pub fn fail(&mut self, unit: UnitId, now: Instant) -> Result<(), CompleteError> {
         self.advance(now);
         let lane = self.lane_of(unit).ok_or_else(|| self.refuse(unit))?;

@@ -85,8 +85,7 @@ impl<C: Capacity> Scheduler<C> {
         }
     }
 
-    /// When `poll` has something to decide even if nothing happens. May change after every other call. Time
-    /// bound: O(jobs + lanes).
+    /// When `poll` has to decide even if nothing happens; any other call may change it. Time bound: O(jobs + lanes).
     #[must_use]
     pub fn poll_at(&self) -> Option<Instant> {
         let late = self.slots().map(|slot| self.late_at(slot)).min();

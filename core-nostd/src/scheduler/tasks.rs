@@ -53,6 +53,12 @@ impl Timing {
     pub const fn floor(self, m: u32, k: u32) -> Self {
         Self { floor: Floor::new(m, k), ..self }
     }
+
+    /// Deadline, period, value, and the floor's m and k as far back as it is kept.
+    pub const fn parts(&self) -> (Duration, Option<Duration>, u32, [u8; 2]) {
+        let Floor { window, allowed, .. } = self.floor;
+        (self.deadline, self.period, self.value, [window.saturating_sub(allowed), window])
+    }
 }
 
 crate::error::errors! {

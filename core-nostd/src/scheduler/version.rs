@@ -58,7 +58,7 @@ impl<C: Capacity> Version<C> {
             rank_of[node] = rank as u8;
             new.order[rank] = node as u8;
             new.key[rank] = assigned.key[node];
-            new.indegree[rank] = dag.indegree()[node];
+            new.indegree[rank] = dag.indegree[node];
             new.height[rank] = levels.height[node];
             let pool = dag.at(node).pool.index();
             new.in_pool[pool].insert(rank);

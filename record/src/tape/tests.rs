@@ -109,6 +109,7 @@ fn a_writer_with_nothing_to_do_asks_for_what_there_is_and_writes_it() {
         file: String::new(),
         format: String::new(),
         workload: String::new(),
+        config: None,
     };
     let (writer, mut tape) = Writer::start(&path, &header).expect("a folder for temporary files");
     let length = || fs::metadata(&path).expect("it was begun").len();

@@ -1,6 +1,6 @@
 //! The numbers that stand for calls and answers: they are the format.
 
-use red_core::{CommitError, CompleteError, ReleaseError, ShedReason};
+use red_core::{AddTaskError, CommitError, CompleteError, PoolError, ReleaseError, SensorError, ShedReason};
 
 /// An answer that this version has no code for.
 pub(super) const UNKNOWN: u64 = 15;
@@ -17,6 +17,16 @@ pub(super) const COMMIT: [CommitError; 7] = [
     CommitError::UnknownPool,
     CommitError::Memory,
     CommitError::Unschedulable,
+];
+pub(super) const POOL: [PoolError; 2] = [PoolError::NoLane, PoolError::Full];
+pub(super) const SENSOR: [SensorError; 2] = [SensorError::ZeroPeriod, SensorError::Full];
+pub(super) const ADMIT: [AddTaskError; 6] = [
+    AddTaskError::Full,
+    AddTaskError::Empty,
+    AddTaskError::Deadline,
+    AddTaskError::UnknownPool,
+    AddTaskError::Memory,
+    AddTaskError::Unschedulable,
 ];
 pub(super) const SHED: [ShedReason; 7] = [
     ShedReason::Hopeless,
@@ -42,6 +52,18 @@ pub(super) mod tag {
     pub(in crate::words) const REMOVE: u64 = 9;
     pub(in crate::words) const END: u64 = 10;
     pub(in crate::words) const TURN: u64 = 11;
+    /// Which one is in the place of the other lane.
+    pub(in crate::words) const SET_UP: u64 = 12;
+}
+
+/// Kinds of set-up calls, and of the parts of their graphs.
+pub(super) mod kind {
+    pub(in crate::words) const POOL: u64 = 0;
+    pub(in crate::words) const SENSOR: u64 = 1;
+    pub(in crate::words) const NODE: u64 = 2;
+    pub(in crate::words) const EDGES: u64 = 3;
+    pub(in crate::words) const TASK: u64 = 4;
+    pub(in crate::words) const COMMIT: u64 = 5;
 }
 
 /// Codes of what a poll answers.

@@ -1,8 +1,11 @@
-use super::codes::SHED;
+use super::codes::{ADMIT, POOL, SENSOR, SHED};
 use super::*;
 use crate::entry::End;
 use crate::started::{Members, Started};
-use red_core::{CompleteError, Counters, Outcome, ShedReason};
+use red_core::{
+    Bound, Bytes, Certificate, CompleteError, Contention, Counters, Duration, Frame, Node, NodeId, Outcome,
+    PoolId, SensorId, ShedReason, Wcet,
+};
 
 fn unit(sequence: u64, node: u64, lane: u64) -> UnitId {
     UnitId::from_bits(sequence << 16 | node << 8 | lane)
@@ -32,6 +35,55 @@ fn outcome(shed: Option<ShedReason>) -> Outcome {
         at: Instant::from_nanos(95_000),
         shed,
     }
+}
+
+/// Every kind of set-up call and of a graph's parts, with every code.
+fn set_up() -> Vec<Entry> {
+    let at = |call, answer| at(95_500, call, answer);
+    let pool = |memory| Call::AddPool { lanes: 255, memory };
+    let sensor = Call::AddSensor(Duration::from_nanos(u64::MAX));
+    let task = |ns, period| {
+        let (deadline, period) = (Duration::from_nanos(ns), Option::map(period, Duration::from_nanos));
+        Call::AddTask { deadline, period, value: u32::MAX, floor: [127, 128] }
+    };
+    let commit = Call::Commit { task: TaskId::from_bits(u32::MAX), revision: u32::MAX };
+    let node = |place, node| at(Call::Node { place: NodeId::new(place), node }, Answer::Nothing);
+    let wcet = Wcet::from_nanos(u64::MAX);
+    let frame =
+        |sensor| Frame { weights: u16::MAX, frame: 0x0102, sensor: Option::map(sensor, SensorId::new) };
+    let edges = |group, to| Call::Edges { from: NodeId::new(200), group, to };
+    let mut entries = vec![
+        at(pool(None), Answer::Pool(Ok(PoolId::new(31)))),
+        at(pool(Some(Bytes(0))), Answer::Pool(Ok(PoolId::new(0)))),
+        at(pool(Some(Bytes(u64::MAX))), Answer::Pool(Ok(PoolId::new(255)))),
+        at(sensor, Answer::Sensor(Ok(SensorId::new(7)))),
+        node(0, Node::new(Wcet::ZERO)),
+        node(
+            255,
+            Node::new(wcet).best_case(Duration::from_nanos(3)).memory(Bytes(4)).in_pool(PoolId::new(9)),
+        ),
+        node(3, Node::new(wcet).atomic(Contention::ZERO)),
+        node(3, Node::decoder(Wcet::ZERO).atomic(Contention::from_nanos(u64::MAX))),
+        node(4, Node::shared_encoder(wcet, frame(None))),
+        node(4, Node::shared_encoder(wcet, frame(Some(0)))),
+        node(4, Node::shared_encoder(wcet, frame(Some(255))).in_pool(PoolId::new(255))),
+        at(edges(0, 1), Answer::Nothing),
+        at(edges(3, u64::MAX), Answer::Nothing),
+        at(task(u64::MAX, None), Answer::Task(Ok(TaskId::from_bits(u32::MAX)))),
+        at(task(1, Some(0)), Answer::Task(Ok(TaskId::from_bits(0)))),
+    ];
+    for (bound, memory_holds) in
+        [(Bound::Graham, true), (Bound::LongPath { paths: 255 }, false), (Bound::SeveralPools, true)]
+    {
+        let [work, critical_path, response, limit] = [5, u64::MAX, 0, 1 << 62].map(Duration::from_nanos);
+        let proof = Certificate { bound, lanes: 32, work, critical_path, response, limit, memory_holds };
+        entries.push(at(commit, Answer::Committed(Ok(proof))));
+    }
+    entries.extend(POOL.map(|e| at(pool(None), Answer::Pool(Err(e)))));
+    entries.extend(SENSOR.map(|e| at(sensor, Answer::Sensor(Err(e)))));
+    entries.extend(ADMIT.map(|e| at(task(0, None), Answer::Task(Err(e)))));
+    entries.extend(COMMIT.map(|e| at(commit, Answer::Committed(Err(e)))));
+    entries
 }
 
 /// Every kind of entry, with every code, and times that go on, jump and go back.
@@ -67,6 +119,7 @@ fn all() -> Vec<Entry> {
         at(95_500 + STEP - 1, Call::Poll(None), Answer::Nothing),
         at(95_500 + 2 * STEP, Call::Poll(None), Answer::Nothing),
     ];
+    entries.extend(set_up());
     entries.extend(RELEASE.map(|e| at(1, release(None), Answer::Released(Err(e)))));
     entries.extend(REPORT.map(|e| at(1, Call::Complete(first), Answer::Reported(Err(e)))));
     entries.extend(COMMIT.map(|e| at(1, Call::Edit(0), Answer::Edited(Err(e)))));
@@ -173,6 +226,11 @@ fn words_that_nobody_wrote_are_no_entry() {
         4 | 1 << 4 | 63 << 8,
         2 | 9 << 4 | 3 << 8,
         7 | 63 << 8,
+        // A set-up call of no kind, on a lane, and a node with an answer.
+        12 | 63 << 8 | 6 << 14,
+        12 | 3 << 8 | 2 << 14,
+        12 | 1 << 4 | 63 << 8 | 2 << 14,
+        13,
     ] {
         let mut words = [word, 0, 0, 0, 0, 0, 0].into_iter();
         assert_eq!(Books::new().decode(|| words.next().ok_or(())), Ok(None), "{word:#x}");
@@ -194,5 +252,22 @@ fn each_job_of_a_place_and_each_set_of_members_is_another_entry() {
         let (mut books, mut words) = (Books::new(), chunk.words().iter().copied());
         let read = entries.iter().map(|_| books.decode(|| words.next().ok_or(())).unwrap().unwrap());
         assert_eq!(read.last(), entries.last().copied(), "{job:#x}");
+    }
+}
+
+#[test]
+fn no_bit_of_a_set_up_entry_is_without_a_meaning() {
+    for entry in set_up() {
+        let chunk = written(&[entry]);
+        for place in 0..chunk.words().len() {
+            // In the first word only below the time.
+            for bit in 0..if place == 0 { 28 } else { 64 } {
+                let mut words = chunk.words().to_vec();
+                words[place] ^= 1 << bit;
+                let mut words = words.into_iter();
+                let read = Books::new().decode(|| words.next().ok_or(()));
+                assert_ne!(read, Ok(Some(entry)), "{entry}: bit {bit} of word {place}");
+            }
+        }
     }
 }

@@ -6,7 +6,7 @@ use red_record::{Answer, Broken, Call, Cut, LogError, Reader, Recorder, Writer, 
 use std::fs;
 
 /// Where the totals of a log lie: entries, dropped, state and a checksum.
-fn totals_at(log: &[u8]) -> usize {
+pub(crate) fn totals_at(log: &[u8]) -> usize {
     16 + u32::from_le_bytes(log[8..12].try_into().unwrap()) as usize
 }
 
@@ -138,7 +138,7 @@ fn the_log_of_a_killed_program_is_fed_up_to_its_last_whole_block() {
 }
 
 /// Where each block begins, and its entries.
-fn blocks(log: &[u8], mut at: usize) -> Vec<(usize, u64)> {
+pub(crate) fn blocks(log: &[u8], mut at: usize) -> Vec<(usize, u64)> {
     let int = |at: usize| u32::from_le_bytes(log[at..at + 4].try_into().unwrap());
     let mut blocks = Vec::new();
     while at < log.len() {

@@ -1,5 +1,6 @@
 //! Logs in files: written while a scheduler runs, read, replayed, and refused when they are not as they were written.
 
+mod calls;
 mod ends;
 mod jobs;
 mod starts;
@@ -41,6 +42,7 @@ fn header() -> Header {
         file: "none".into(),
         format: "toml".into(),
         workload: String::new(),
+        config: None,
     }
 }
 
@@ -224,8 +226,8 @@ fn other_formats_are_told_apart() {
         bytes[6..8].copy_from_slice(&format.to_le_bytes());
         again(&bytes, |_| {})
     };
-    assert!(matches!(with_format(FORMAT - 1), Err(LogError::Older(1))));
-    assert!(matches!(with_format(FORMAT + 1), Err(LogError::Newer(3))));
+    assert!(matches!(with_format(FORMAT - 1), Err(LogError::Older(2))));
+    assert!(matches!(with_format(FORMAT + 1), Err(LogError::Newer(4))));
     assert!(matches!(again(b"PK\x03\x04 something else", |_| {}), Err(LogError::NotALog)));
 }
 

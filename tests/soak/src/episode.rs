@@ -185,6 +185,7 @@ fn header(drawn: &Drawn, length: Duration) -> Header {
         file: format!("seed {}", drawn.seed),
         format: "toml".to_owned(),
         workload: drawn.text.clone(),
+        config: None,
     }
 }
 

@@ -109,6 +109,7 @@ macro_rules! calls {
                 fn Dag_nodes(dag: &Dag<C>) -> Option<NodeId> { dag.nodes().last() }
                 fn Dag_successors(dag: &Dag<C>, node: NodeId) -> NodeSet<C> { dag.successors(node) }
                 fn Dag_len(dag: &Dag<C>) -> usize { dag.len() }
+                fn Dag_origin(dag: &Dag<C>) -> (TaskId, u32) { dag.origin() }
                 fn Dag_is_empty(dag: &Dag<C>) -> bool { dag.is_empty() }
                 fn refine(
                     dag: &Dag<C>, stage: NodeId, encoder: Node, decoders: &[Node]

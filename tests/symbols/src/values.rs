@@ -49,6 +49,8 @@ mod entry {
         fn Node_role(node: &Node) -> Role { node.role() }
         fn Node_pool(node: &Node) -> PoolId { node.pool() }
         fn Node_wcet(node: &Node) -> Wcet { node.wcet() }
+        fn Node_best(node: &Node) -> Duration { node.best() }
+        fn Node_is_atomic(node: &Node) -> bool { node.is_atomic() }
         fn Node_footprint(node: &Node) -> Bytes { node.footprint() }
         fn UnitId_lane(unit: UnitId) -> LaneId { unit.lane() }
         fn UnitId_node(unit: UnitId) -> NodeId { unit.node() }
@@ -60,6 +62,7 @@ mod entry {
         fn Timing_new(deadline: Duration) -> Timing { Timing::new(deadline) }
         fn Timing_every(timing: Timing, period: Duration) -> Timing { timing.every(period) }
         fn Timing_value(timing: Timing, value: u32) -> Timing { timing.value(value) }
+        fn Timing_parts(timing: &Timing) -> (Duration, Option<Duration>, u32, [u8; 2]) { timing.parts() }
         fn Timing_floor(timing: Timing, m: u32, k: u32) -> Timing { timing.floor(m, k) }
         fn Config_with_lanes(config: Config, lanes: u8) -> Config { config.with_lanes(lanes) }
         fn Config_with_memory(config: Config, memory: Bytes) -> Config { config.with_memory(memory) }

@@ -5,7 +5,7 @@ use red_core::{Instant, LaneId, TaskId};
 fn a_replay_of_any_length_keeps_the_same_few_names() {
     let mut names = Names {
         tasks: vec!["t".into()],
-        nodes: Vec::new(),
+        nodes: Some(Vec::new()),
         released: vec![0],
         jobs: Vec::new(),
         units: VecDeque::new(),
