@@ -53,6 +53,21 @@
 #define RED_DAG_16X256X64_BYTES 32768
 
 /**
+ * A body did its work.
+ */
+#define RED_BODY_DONE 0
+
+/**
+ * A body failed: its job is given up with the reason RED_SHED_FAULT. So is it for every number but RED_BODY_DONE.
+ */
+#define RED_BODY_FAILED 1
+
+/**
+ * A C++ exception came out of a body. The trampoline of red.hpp returns it; it is counted apart.
+ */
+#define RED_BODY_THREW 2
+
+/**
  * Version of the ABI that this header is of. A library of another one refuses every struct.
  */
 #define RED_ABI_VERSION 1
@@ -120,7 +135,7 @@ enum red_status
    */
   RED_STATUS_OTHER_CLASS = 10,
   /**
-   * Another call on it goes on: from another thread, a callback or a signal handler; call again later.
+   * It is in use: another call goes on, or a body asked for what waits for a lane; call again later, from elsewhere.
    */
   RED_STATUS_BUSY = 11,
   /**
@@ -259,6 +274,66 @@ enum red_status
    * No such job in flight.
    */
   RED_STATUS_UNKNOWN_JOB = 65,
+  /**
+   * A real-time right is missing: red_runtime_message says which, and how to get it.
+   */
+  RED_STATUS_NOT_PERMITTED = 80,
+  /**
+   * The lanes do not get a CPU each: red_runtime_message says why, and what to do.
+   */
+  RED_STATUS_CPUS = 81,
+  /**
+   * The system refused something: red_runtime_message says what, and what to do.
+   */
+  RED_STATUS_SYSTEM = 82,
+  /**
+   * A lane cannot interrupt a body: set preempt to 0.
+   */
+  RED_STATUS_PREEMPTS = 83,
+  /**
+   * A node has no body: give one for each.
+   */
+  RED_STATUS_NO_BODY = 84,
+  /**
+   * A node that was there before keeps its body: give bodies for new nodes only.
+   */
+  RED_STATUS_HAS_BODY = 85,
+  /**
+   * The runtime was started: this has to come before.
+   */
+  RED_STATUS_STARTED = 86,
+  /**
+   * The runtime was not started.
+   */
+  RED_STATUS_IDLE = 87,
+  /**
+   * No lane came to the releases before: release less often.
+   */
+  RED_STATUS_MAILBOX_FULL = 88,
+  /**
+   * The runtime was stopped, or its time is over.
+   */
+  RED_STATUS_OVER = 89,
+  /**
+   * The time has passed, and the runtime goes on.
+   */
+  RED_STATUS_TIMEOUT = 90,
+  /**
+   * A child of fork has no lanes: open a runtime of its own.
+   */
+  RED_STATUS_FORKED = 91,
+  /**
+   * A text is empty, not UTF-8, or not ended within 4,096 bytes.
+   */
+  RED_STATUS_TEXT = 92,
+  /**
+   * Something was set up already: begin the log before.
+   */
+  RED_STATUS_LOG_LATE = 93,
+  /**
+   * The log cannot be written there.
+   */
+  RED_STATUS_LOG_FILE = 94,
 };
 #ifndef __cplusplus
 typedef int32_t red_status;
@@ -651,6 +726,85 @@ enum red_event_kind
 };
 #ifndef __cplusplus
 typedef uint32_t red_event_kind;
+#endif // __cplusplus
+
+/**
+ * How the lanes run.
+ */
+enum red_mode
+#ifdef __cplusplus
+  : uint32_t
+#endif // __cplusplus
+ {
+  /**
+   * SCHED_FIFO, memory locked, each lane alone on a CPU. Without the rights red_runtime_start is refused.
+   */
+  RED_MODE_REAL_TIME = 0,
+  /**
+   * Ordinary threads that share CPUs: no promise. red_report says so.
+   */
+  RED_MODE_BEST_EFFORT = 1,
+};
+#ifndef __cplusplus
+typedef uint32_t red_mode;
+#endif // __cplusplus
+
+/**
+ * Where a runtime is.
+ */
+enum red_runtime_state
+#ifdef __cplusplus
+  : uint32_t
+#endif // __cplusplus
+ {
+  /**
+   * It can be set up, and started.
+   */
+  RED_RUNTIME_STATE_SET_UP = 0,
+  /**
+   * Its lanes run.
+   */
+  RED_RUNTIME_STATE_RUNNING = 1,
+  /**
+   * Its lanes have ended.
+   */
+  RED_RUNTIME_STATE_ENDED = 2,
+  /**
+   * red_runtime_start was refused; red_runtime_message says why. It can be closed.
+   */
+  RED_RUNTIME_STATE_FAILED = 3,
+};
+#ifndef __cplusplus
+typedef uint32_t red_runtime_state;
+#endif // __cplusplus
+
+/**
+ * Why a run ended itself.
+ */
+enum red_surrender
+#ifdef __cplusplus
+  : uint32_t
+#endif // __cplusplus
+ {
+  /**
+   * It did not.
+   */
+  RED_SURRENDER_NO = 0,
+  /**
+   * No lane is left: bodies never returned, or their threads died.
+   */
+  RED_SURRENDER_NO_LANE = 1,
+  /**
+   * A lane's CPU was taken away.
+   */
+  RED_SURRENDER_CPU_GONE = 2,
+  /**
+   * For a reason that this header has no word for.
+   */
+  RED_SURRENDER_OTHER = 3,
+};
+#ifndef __cplusplus
+typedef uint32_t red_surrender;
 #endif // __cplusplus
 
 /**
@@ -1217,6 +1371,263 @@ typedef struct {
 } red_event;
 
 /**
+ * How a runtime runs. Begin with RED_RUNTIME_CONFIG_INIT.
+ */
+typedef struct {
+  /**
+   * RED_RUNTIME_CONFIG_INIT sets it.
+   */
+  uint32_t struct_size;
+  /**
+   * RED_RUNTIME_CONFIG_INIT sets it.
+   */
+  uint32_t abi_version;
+  /**
+   * One of red_mode.
+   */
+  uint32_t mode;
+  /**
+   * Of SCHED_FIFO; 1 to 98, the watchdog runs one above. RED_RUNTIME_CONFIG_INIT: 80.
+   */
+  uint32_t priority;
+  /**
+   * No release from then on after the start; 0: until red_runtime_stop.
+   */
+  uint64_t duration_ns;
+  /**
+   * How long jobs in flight may go on after that. RED_RUNTIME_CONFIG_INIT: 1 s.
+   */
+  uint64_t drain_ns;
+} red_runtime_config;
+
+/**
+ * A runtime: a place and a generation, no address. To be moved, not copied: of two copies one is left over.
+ */
+typedef struct {
+  /**
+   * For the library.
+   */
+  uint64_t bits;
+} red_runtime;
+
+/**
+ * What a runtime did. What is marked "at the end" is RED_NONE_64, or 0 where it is of 32 bits, while it runs.
+ */
+typedef struct {
+  /**
+   * RED_REPORT_INIT sets it.
+   */
+  uint32_t struct_size;
+  /**
+   * RED_REPORT_INIT sets it.
+   */
+  uint32_t abi_version;
+  /**
+   * One of red_runtime_state.
+   */
+  uint32_t state;
+  /**
+   * At the end. 1: lanes had SCHED_FIFO, locked memory and a CPU each. 0: not, so no promise.
+   */
+  uint32_t realtime;
+  /**
+   * At the end: one of red_surrender. Unless it is 0 the process is to be started anew.
+   */
+  uint32_t surrender;
+  /**
+   * At the end. 1: red_runtime_stop ended it. 0: its duration did, or it itself.
+   */
+  uint32_t stopped;
+  /**
+   * Jobs released.
+   */
+  uint64_t released;
+  /**
+   * Jobs that completed by their deadlines.
+   */
+  uint64_t on_time;
+  /**
+   * Jobs that completed late or were given up.
+   */
+  uint64_t missed;
+  /**
+   * Jobs that were given up, those that found no room at their release included.
+   */
+  uint64_t shed;
+  /**
+   * Bodies out of which a C++ exception came.
+   */
+  uint64_t threw;
+  /**
+   * Outcomes, and events, that nobody took in time.
+   */
+  uint64_t outcomes_dropped;
+  /**
+   * See outcomes_dropped.
+   */
+  uint64_t events_dropped;
+  /**
+   * At the end: bodies that failed or threw.
+   */
+  uint64_t failed;
+  /**
+   * At the end: executions beyond the WCET.
+   */
+  uint64_t overruns;
+  /**
+   * At the end: bodies that ran past ten times their WCET and 100 ms.
+   */
+  uint64_t hung;
+  /**
+   * At the end: lanes that were lost.
+   */
+  uint64_t lanes_lost;
+  /**
+   * At the end: lane threads that ended though nobody asked them to.
+   */
+  uint64_t threads_died;
+  /**
+   * At the end: units that ended after their sub-deadlines.
+   */
+  uint64_t nodes_missed;
+  /**
+   * At the end: units dispatched.
+   */
+  uint64_t units;
+  /**
+   * At the end: encoder sub-jobs that completed without executing.
+   */
+  uint64_t encoder_runs_saved;
+  /**
+   * At the end: heap calls of lanes outside of bodies.
+   */
+  uint64_t allocations;
+  /**
+   * At the end: page faults of lanes.
+   */
+  uint64_t page_faults;
+  /**
+   * At the end: times that nobody got a CPU for 20 ms and more.
+   */
+  uint64_t standstills;
+  /**
+   * At the end: the longest of them.
+   */
+  uint64_t longest_standstill_ns;
+  /**
+   * At the end: time that lanes spent deciding, per unit.
+   */
+  uint64_t overhead_ns_per_unit;
+  /**
+   * At the end: unit became dispatchable to body started, median.
+   */
+  uint64_t dispatch_p50_ns;
+  /**
+   * At the end: as dispatch_p50_ns, 99 of 100.
+   */
+  uint64_t dispatch_p99_ns;
+  /**
+   * At the end: as dispatch_p50_ns, the longest.
+   */
+  uint64_t dispatch_max_ns;
+  /**
+   * At the end, if it was recorded: inputs that found no room in the log, which then is not whole.
+   */
+  uint64_t log_dropped;
+} red_report;
+
+/**
+ * What a body is told. Times are nanoseconds of CLOCK_MONOTONIC.
+ */
+typedef struct {
+  /**
+   * Size of this struct in the library.
+   */
+  uint32_t struct_size;
+  /**
+   * RED_ABI_VERSION of the library.
+   */
+  uint32_t abi_version;
+  /**
+   * The task.
+   */
+  uint32_t task;
+  /**
+   * The node.
+   */
+  uint32_t node;
+  /**
+   * Where it runs, counted over all pools.
+   */
+  uint32_t lane;
+  /**
+   * The lane's pool.
+   */
+  uint32_t pool;
+  /**
+   * Number of the encoder result that it writes or reads, or RED_NONE. One number stays the same result until
+   * nobody in flight needs it.
+   */
+  uint32_t output;
+  /**
+   * 0.
+   */
+  uint32_t reserved;
+  /**
+   * The how-manieth job of its task, from 0.
+   */
+  uint64_t job;
+  /**
+   * When the job was released.
+   */
+  uint64_t release_ns;
+  /**
+   * When the job is due.
+   */
+  uint64_t deadline_ns;
+  /**
+   * When the node should end.
+   */
+  uint64_t sub_deadline_ns;
+  /**
+   * The node's worst-case execution time.
+   */
+  uint64_t wcet_ns;
+  /**
+   * The CUDA stream of the lane; NULL where there is none.
+   */
+  void *stream;
+} red_context;
+
+/**
+ * What runs for a node, on a lane's thread: `user` is what came with it. It must return, and must not throw. It may release
+ * jobs and stop the runtime; whatever would wait for a lane is RED_STATUS_BUSY there.
+ */
+typedef int (*red_body)(void *user, const red_context *context);
+
+/**
+ * Which body runs for a node. This struct does not grow.
+ */
+typedef struct {
+  /**
+   * The node.
+   */
+  uint32_t node;
+  /**
+   * 0.
+   */
+  uint32_t reserved;
+  /**
+   * Its body.
+   */
+  red_body body;
+  /**
+   * What the body is called with; may be NULL, and must be there as long as a job of the node may run.
+   */
+  void *user;
+} red_callback;
+
+/**
  * When a task's jobs come and are due, and what they are worth.
  */
 typedef struct {
@@ -1605,6 +2016,249 @@ red_status red_scheduler_take_events(red_scheduler *scheduler,
                                      size_t *count);
 
 /**
+ * Opens a runtime: a scheduler of 16 tasks of 256 nodes and 64 jobs in flight, and lanes for it once it is started. Takes about
+ * 2 MiB of memory.
+ *
+ * Threads: any, at once. Real time: no. Time: O(memory). Errors: RED_STATUS_OUT_OF_RANGE: a field of a configuration,
+ * RED_STATUS_NO_LANE, RED_STATUS_POOLS_FULL: more than 32 lanes, RED_STATUS_PREEMPTS, RED_STATUS_TOO_MANY_OPEN.
+ */
+red_status red_runtime_open(const red_config *policy,
+                            const red_runtime_config *config,
+                            red_runtime *runtime);
+
+/**
+ * Stops a runtime, waits for its end, and frees it. No other call on it may go on or follow.
+ *
+ * Threads: one. Real time: no. Time: until the bodies that run have returned, as long as the watchdog gives them. Errors:
+ * RED_STATUS_CLOSED; RED_STATUS_BUSY: from a body; RED_STATUS_FORKED.
+ */
+red_status red_runtime_close(red_runtime *runtime);
+
+/**
+ * Where a runtime is: one of red_runtime_state.
+ *
+ * Threads: any, at once. Real time: no. Time: O(1). Errors: those of the handle, RED_STATUS_FORKED.
+ */
+red_status red_runtime_state_of(const red_runtime *runtime, uint32_t *state);
+
+/**
+ * Why red_runtime_start was refused, in words, with what to do about it; empty where it was not. Up to `room` bytes into
+ * `text`, with the byte that ends it, and how many it takes into `count`; if they are more than `room`, only that.
+ *
+ * Threads: any, at once. Real time: no. Time: O(length). Errors: RED_STATUS_TOO_SHORT, RED_STATUS_FORKED.
+ */
+red_status red_runtime_message(const red_runtime *runtime,
+                               char *text,
+                               size_t room,
+                               size_t *count);
+
+/**
+ * What the runtime did so far, or did.
+ *
+ * Threads: any, at once. Real time: no. Time: O(1). Errors: those of the handle, RED_STATUS_FORKED.
+ */
+red_status red_runtime_report(const red_runtime *runtime, red_report *report);
+
+/**
+ * Starts the lanes. In real time memory is locked and each lane pinned; if a right is missing nothing runs, and
+ * red_runtime_message says which and how to get it. No signal handler is installed.
+ *
+ * Threads: any but a body's. Real time: no. Time: until all lanes are ready. Errors: RED_STATUS_NOT_PERMITTED,
+ * RED_STATUS_CPUS, RED_STATUS_SYSTEM: after these the runtime can only be closed; RED_STATUS_STARTED,
+ * RED_STATUS_FORKED.
+ */
+red_status red_runtime_start(red_runtime *runtime);
+
+/**
+ * Releases a job of a task. `capture` is the number of the frame that it reads; RED_NONE_64: by the sensors' periods, and one
+ * of its own where a frame has no sensor. A task that is not there is found out by a lane, and its release is dropped.
+ *
+ * Threads: any, at once, also a body. Real time: yes, with one system call if a lane has to be woken. Time: wait-free.
+ * Errors: RED_STATUS_IDLE: not started; RED_STATUS_MAILBOX_FULL, RED_STATUS_OVER, RED_STATUS_FORKED; RED_STATUS_BUSY: as
+ * many threads as can are releasing at this moment, try again.
+ */
+red_status red_runtime_release(const red_runtime *runtime,
+                               uint32_t task,
+                               uint64_t capture);
+
+/**
+ * Asks the lanes to end: nothing is released any more, no lane takes another unit, bodies that run are waited for by
+ * red_runtime_wait. Again, or after the end, it changes nothing.
+ *
+ * Threads: any, at once, also a body or a signal handler. Real time: yes, with one system call. Time: wait-free. Errors:
+ * RED_STATUS_IDLE: not started; RED_STATUS_FORKED.
+ */
+red_status red_runtime_stop(const red_runtime *runtime);
+
+/**
+ * Waits until the runtime has ended, at most `timeout_ns`; RED_NONE_64: as long as it takes.
+ *
+ * Threads: any but a body's, at once. Real time: no. Time: the timeout. Errors: RED_STATUS_TIMEOUT: it goes on;
+ * RED_STATUS_IDLE: not started; RED_STATUS_BUSY: from a body; RED_STATUS_FORKED.
+ */
+red_status red_runtime_wait(const red_runtime *runtime,
+                            uint64_t timeout_ns);
+
+/**
+ * Counters and figures of the scheduler while lanes run, or before.
+ *
+ * Threads: any but a body's, at once. Real time: no. Time: until a lane has a turn. Errors: RED_STATUS_BUSY: from a body;
+ * RED_STATUS_OVER: red_runtime_report has what is known at the end; RED_STATUS_FORKED.
+ */
+red_status red_runtime_figures(red_runtime *runtime,
+                               red_figures *now);
+
+/**
+ * Takes the oldest outcomes of jobs that ended: up to `room` into `outcomes`, and how many into `count`. 1,024 are kept; what
+ * finds no room is counted in red_report: outcomes_dropped. Times are of CLOCK_MONOTONIC.
+ *
+ * Threads: one at a time. Real time: yes. Time: O(room). Errors: those of the handle, RED_STATUS_FORKED.
+ */
+red_status red_runtime_take_outcomes(red_runtime *runtime,
+                                     red_outcome *outcomes,
+                                     size_t room,
+                                     size_t *count);
+
+/**
+ * Takes the oldest events: up to `room` into `events`, and how many into `count`. 8,192 are kept; what finds no room is counted
+ * in red_report: events_dropped. Times are of CLOCK_MONOTONIC.
+ *
+ * Threads: one at a time. Real time: yes. Time: O(room). Errors: those of the handle, RED_STATUS_FORKED.
+ */
+red_status red_runtime_take_events(red_runtime *runtime,
+                                   red_event *events,
+                                   size_t room,
+                                   size_t *count);
+
+/**
+ * Adds a pool of `lanes` lanes after the others; the first, 0, is that of the configuration. `memory_bytes` is its budget,
+ * RED_NONE_64: unlimited. Before the start only.
+ *
+ * Threads: any, at once. Real time: no. Time: O(lanes). Errors: RED_STATUS_NO_LANE, RED_STATUS_POOLS_FULL,
+ * RED_STATUS_STARTED, RED_STATUS_FORKED.
+ */
+red_status red_runtime_add_pool(red_runtime *runtime,
+                                uint32_t lanes,
+                                uint64_t memory_bytes,
+                                uint32_t *pool);
+
+/**
+ * Makes a sensor known that captures a frame each `period_ns` from the start on; jobs released between two captures share
+ * the earlier one. Sensors of one period are one: the frame's number tells them apart. Before the start only.
+ *
+ * Threads: any, at once. Real time: no. Time: O(sensors). Errors: RED_STATUS_ZERO_PERIOD, RED_STATUS_SENSORS_FULL,
+ * RED_STATUS_STARTED, RED_STATUS_FORKED.
+ */
+red_status red_runtime_add_sensor(red_runtime *runtime,
+                                  uint64_t period_ns,
+                                  uint32_t *sensor);
+
+/**
+ * Pins lane i to the i-th of `cpus`, in real time: as many as there are lanes, each another one. Without this call they are
+ * chosen, CPU 0 last. Before the start only.
+ *
+ * Threads: any, at once. Real time: no. Time: O(count). Errors: RED_STATUS_TOO_LONG: more than 32,
+ * RED_STATUS_OUT_OF_RANGE: CPU 1024 and above, RED_STATUS_STARTED, RED_STATUS_FORKED.
+ */
+red_status red_runtime_pin(red_runtime *runtime,
+                           const uint32_t *cpus,
+                           size_t count);
+
+/**
+ * Has jobs of a task released by the clock: the first `first_ns` after the start, then each `period_ns`; 0: one only. Before
+ * the start only.
+ *
+ * Threads: any, at once. Real time: no. Time: O(1). Errors: RED_STATUS_UNKNOWN_TASK, RED_STATUS_STARTED,
+ * RED_STATUS_FORKED.
+ */
+red_status red_runtime_every(red_runtime *runtime,
+                             uint32_t task,
+                             uint64_t first_ns,
+                             uint64_t period_ns);
+
+/**
+ * Records every input of the run in a log at `path` (UTF-8), which `redrt replay` feeds to a scheduler again. Before anything
+ * else is set up.
+ *
+ * Threads: any, at once. Real time: no. Time: one file is created. Errors: RED_STATUS_TEXT, RED_STATUS_LOG_LATE,
+ * RED_STATUS_LOG_FILE, RED_STATUS_STARTED, RED_STATUS_FORKED.
+ */
+red_status red_runtime_record(red_runtime *runtime,
+                              const char *path);
+
+/**
+ * Nanoseconds of CLOCK_MONOTONIC, the clock of all times that the runtime takes and gives.
+ *
+ * Threads: any, at once. Real time: yes. Time: O(1). Errors: none besides a NULL or misaligned pointer.
+ */
+red_status red_runtime_now(uint64_t *now_ns);
+
+/**
+ * Admits a task, also while lanes run. The graph (of class 16x256x64) is copied; `callbacks` has a body for each of its nodes.
+ *
+ * Threads: any but a body's, at once, while nobody changes the graph. Real time: no. Time: until a lane has a turn. Errors:
+ * RED_STATUS_TASKS_FULL, RED_STATUS_EMPTY_GRAPH, RED_STATUS_DEADLINE, RED_STATUS_UNKNOWN_POOL,
+ * RED_STATUS_UNKNOWN_SENSOR, RED_STATUS_MEMORY, RED_STATUS_UNSCHEDULABLE, RED_STATUS_OTHER_CLASS,
+ * RED_STATUS_OUT_OF_RANGE: floor_keep above floor_of; RED_STATUS_NO_BODY; RED_STATUS_UNKNOWN_NODE: a body for no node, or
+ * two for one; RED_STATUS_BUSY: from a body; RED_STATUS_OVER, RED_STATUS_FORKED.
+ */
+red_status red_runtime_add_task(red_runtime *runtime,
+                                const red_dag *dag,
+                                const red_callback *callbacks,
+                                size_t callback_count,
+                                const red_timing *timing,
+                                uint32_t *task);
+
+/**
+ * Removes a task; its jobs in flight are given up with the reason RED_SHED_REMOVED. Bodies that run go on to their ends.
+ *
+ * Threads: any but a body's, at once. Real time: no. Time: until a lane has a turn. Errors: RED_STATUS_UNKNOWN_TASK,
+ * RED_STATUS_BUSY: from a body; RED_STATUS_OVER, RED_STATUS_FORKED.
+ */
+red_status red_runtime_remove_task(red_runtime *runtime,
+                                   uint32_t task);
+
+/**
+ * The bound on the response time of the task's newest graph, alone on its pools.
+ *
+ * Threads: any but a body's, at once. Real time: no. Time: until a lane has a turn. Errors: RED_STATUS_UNKNOWN_TASK,
+ * RED_STATUS_BUSY: from a body; RED_STATUS_OVER, RED_STATUS_FORKED.
+ */
+red_status red_runtime_certificate(red_runtime *runtime,
+                                   uint32_t task,
+                                   red_certificate *certificate);
+
+/**
+ * Begins an edit: opens the task's newest graph in `memory`, of RED_DAG_16X256X64_BYTES, to be changed, given to
+ * red_runtime_commit, and closed. Closing it without a commit changes nothing.
+ *
+ * Threads: any but a body's, at once. Real time: no. Time: until a lane has a turn. Errors: RED_STATUS_UNKNOWN_TASK,
+ * RED_STATUS_TOO_SHORT, RED_STATUS_MISALIGNED, RED_STATUS_OVERLAP, RED_STATUS_TOO_MANY_OPEN, RED_STATUS_BUSY: from a
+ * body; RED_STATUS_OVER, RED_STATUS_FORKED.
+ */
+red_status red_runtime_edit(red_runtime *runtime,
+                            uint32_t task,
+                            void *memory,
+                            size_t bytes,
+                            red_dag *dag);
+
+/**
+ * Applies an edit to the jobs that are released from now on; jobs in flight keep the graph of their release. `callbacks` has a
+ * body for each node that is new; others keep theirs.
+ *
+ * Threads: any but a body's, at once, while nobody changes the graph. Real time: no. Time: until a lane has a turn. Errors:
+ * RED_STATUS_UNKNOWN_TASK, RED_STATUS_CONFLICT, RED_STATUS_DRAINING, RED_STATUS_EMPTY_GRAPH, RED_STATUS_UNKNOWN_POOL,
+ * RED_STATUS_UNKNOWN_SENSOR, RED_STATUS_MEMORY, RED_STATUS_UNSCHEDULABLE, RED_STATUS_OTHER_CLASS, RED_STATUS_NO_BODY,
+ * RED_STATUS_HAS_BODY, RED_STATUS_UNKNOWN_NODE: a body for no node, or two for one; RED_STATUS_BUSY: from a body;
+ * RED_STATUS_OVER, RED_STATUS_FORKED.
+ */
+red_status red_runtime_commit(red_runtime *runtime,
+                              const red_dag *dag,
+                              const red_callback *callbacks,
+                              size_t callback_count,
+                              red_certificate *certificate);
+
+/**
  * The version of the ABI that this library has: RED_ABI_VERSION of its header.
  *
  * Threads: any, at once. Real time: yes. Time: O(1). Errors: none.
@@ -1810,3 +2464,5 @@ red_status red_scheduler_commit(red_scheduler *scheduler,
 #define RED_FIGURES_INIT {RED_HEAD(red_figures), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}
 #define RED_EXECUTIONS_INIT {RED_HEAD(red_executions), 0, 0, 0}
 #define RED_DAG_SUMMARY_INIT {RED_HEAD(red_dag_summary), 0, 0, 0, 0}
+#define RED_RUNTIME_CONFIG_INIT {RED_HEAD(red_runtime_config), 0, 80, 0, 1000000000}
+#define RED_REPORT_INIT {RED_HEAD(red_report), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}

@@ -17,6 +17,8 @@ use red_core::Empty;
 pub(crate) unsafe trait Plain: Copy + Empty + 'static {}
 
 // SAFETY: integers.
+unsafe impl Plain for u8 {}
+// SAFETY: integers.
 unsafe impl Plain for u32 {}
 // SAFETY: integers.
 unsafe impl Plain for u64 {}
@@ -46,6 +48,17 @@ macro_rules! plain {
     };
 }
 pub(crate) use plain;
+
+/// Declares a struct with addresses plain: what they lead to is C's business.
+#[cfg(feature = "runtime")]
+macro_rules! vouched {
+    ($name:ident) => {
+        // SAFETY: integers and addresses, which may have any bits; a function's may be NULL, and else C vouches for it.
+        unsafe impl $crate::boundary::Plain for $name {}
+    };
+}
+#[cfg(feature = "runtime")]
+pub(crate) use vouched;
 
 fn aligned<T>(address: usize) -> Result<(), red_status> {
     if address == 0 {

@@ -10,6 +10,7 @@ use crate::graph::AnyGraph;
 use crate::guard::Guarded;
 use crate::machine::AnyMachine;
 use crate::name::Name;
+use crate::runtime::Engine;
 use crate::status::red_status;
 use core::cell::UnsafeCell;
 use core::ops::Range;
@@ -24,6 +25,8 @@ pub(crate) enum Object {
     Nothing,
     Scheduler(*const AnyMachine),
     Dag(*const Guarded<AnyGraph>),
+    #[cfg_attr(not(feature = "runtime"), expect(dead_code, reason = "the core alone opens none"))]
+    Runtime(*const Engine),
 }
 
 #[repr(C, align(64))] // One line of the cache, and no multiplication to find it.
@@ -90,7 +93,7 @@ fn copy() -> u32 {
 
 /// The object of a handle.
 #[inline(always)]
-fn find(bits: u64) -> Option<Object> {
+pub(crate) fn object(bits: u64) -> Option<Object> {
     let place = TABLE.get(bits as usize & 0xff)?;
     // SAFETY: the place is open, so its object was written before, and is not written until it is closed.
     (place.name.get() == bits).then(|| unsafe { *place.object.get() })
@@ -98,8 +101,8 @@ fn find(bits: u64) -> Option<Object> {
 
 /// Why a handle is not of what it should be.
 #[cold]
-fn refusal(bits: u64) -> red_status {
-    match find(bits) {
+pub(crate) fn refusal(bits: u64) -> red_status {
+    match object(bits) {
         _ if bits == 0 => red_status::Closed,
         Some(_) => red_status::OtherKind,
         None if bits as u32 & !0xff == copy() => red_status::Closed,
@@ -110,7 +113,7 @@ fn refusal(bits: u64) -> red_status {
 /// The scheduler of a handle.
 #[inline(always)]
 pub(crate) fn scheduler(bits: u64) -> Result<&'static AnyMachine, red_status> {
-    match find(bits) {
+    match object(bits) {
         // SAFETY: it was made at `open` and lives until `close`.
         Some(Object::Scheduler(machine)) => Ok(unsafe { &*machine }),
         _ => Err(refusal(bits)),
@@ -119,7 +122,7 @@ pub(crate) fn scheduler(bits: u64) -> Result<&'static AnyMachine, red_status> {
 
 /// The graph of a handle.
 pub(crate) fn graph(bits: u64) -> Result<&'static Guarded<AnyGraph>, red_status> {
-    match find(bits) {
+    match object(bits) {
         // SAFETY: it was made at `open` and lives until `close`.
         Some(Object::Dag(graph)) => Ok(unsafe { &*graph }),
         _ => Err(refusal(bits)),
@@ -158,7 +161,7 @@ pub(crate) fn open(range: &Range<usize>, make: impl FnOnce() -> Object) -> Resul
 pub(crate) fn close(bits: u64) -> Result<(), red_status> {
     let place = TABLE.get(bits as usize & 0xff).ok_or(red_status::Foreign)?;
     let _claim = place.claim().ok_or(red_status::Busy)?;
-    let _open = find(bits).ok_or_else(|| refusal(bits))?;
+    let _open = object(bits).ok_or_else(|| refusal(bits))?;
     place.name.set(bits >> 32 << 32);
     // SAFETY: nothing is open here and the claim is ours.
     unsafe { *place.object.get() = Object::Nothing };

@@ -10,6 +10,7 @@
 //! | `dag`, `dag_look` | graphs |
 //! | `scheduler`, `tasks`, `job`, `look` | the scheduler: open, tasks, the loop, what a host may ask |
 //! | `machine`, `graph` | a scheduler, a graph of any class |
+//! | `runtime` | lanes as threads of ours; not part of the core's library |
 //!
 //! An entry converts what came in, makes one call, and converts what goes out. Outputs are looked at before the call
 //! and written after it, only when it succeeds.
@@ -34,14 +35,21 @@ mod job;
 mod look;
 mod machine;
 mod name;
+#[cfg(not(feature = "runtime"))]
+mod no_runtime;
 mod node;
 #[cfg(not(any(feature = "runtime", test)))]
 mod panic;
 mod proof;
+#[cfg(feature = "runtime")]
+mod runtime;
 mod scheduler;
 mod status;
 mod tasks;
 mod values;
+
+#[cfg(not(feature = "runtime"))]
+use no_runtime as runtime;
 
 pub use action::*;
 pub use capacity::*;
@@ -53,6 +61,8 @@ pub use job::*;
 pub use look::*;
 pub use node::*;
 pub use proof::*;
+#[cfg(feature = "runtime")]
+pub use runtime::*;
 pub use scheduler::*;
 pub use status::*;
 pub use tasks::*;

@@ -33,13 +33,7 @@ impl<C: Capacity> Host<C> {
     /// A graph of this class whose sensors are there.
     fn graph<'a>(&self, graph: &'a AnyGraph) -> Result<&'a Dag<C>, red_status> {
         let dag = graph.any().downcast_ref::<Dag<C>>().ok_or(red_status::OtherClass)?;
-        let unknown = |id: NodeId| match dag.node(id).map(red_core::Node::role) {
-            Some(Role::SharedEncoder(frame)) => {
-                frame.sensor.is_some_and(|sensor| sensor.index() >= self.sensors)
-            }
-            _ => false,
-        };
-        if dag.nodes().any(unknown) { Err(red_status::UnknownSensor) } else { Ok(dag) }
+        if has_unknown_sensor(dag, self.sensors) { Err(red_status::UnknownSensor) } else { Ok(dag) }
     }
 }
 
@@ -261,21 +255,34 @@ impl<C: Capacity> Machine for Host<C> {
     }
 
     fn figures(&self) -> red_figures {
-        let (now, so_far) = (&self.scheduler, self.scheduler.counters());
-        red_figures {
-            units: so_far.units,
-            encoder_runs_saved: so_far.encoder_runs_saved,
-            overruns: so_far.overruns,
-            clock_steps_back: so_far.clock_steps_back,
-            late_completions: so_far.late_completions,
-            evictions: so_far.evictions,
-            events_dropped: now.events_dropped(),
-            lanes: now.lanes() as u32,
-            jobs_in_flight: now.jobs_in_flight() as u32,
-            ready: now.ready_sub_jobs() as u32,
-            running: now.running_units() as u32,
-            can_dispatch: now.can_dispatch().into(),
-            ..red_figures::EMPTY
-        }
+        figures(&self.scheduler)
+    }
+}
+
+/// Whether a graph names a sensor that was not added.
+pub(crate) fn has_unknown_sensor<C: Capacity>(dag: &Dag<C>, sensors: usize) -> bool {
+    dag.nodes().any(|id| match dag.node(id).map(red_core::Node::role) {
+        Some(Role::SharedEncoder(frame)) => frame.sensor.is_some_and(|sensor| sensor.index() >= sensors),
+        _ => false,
+    })
+}
+
+/// What a scheduler says of itself.
+pub(crate) fn figures<C: Capacity>(now: &Scheduler<C>) -> red_figures {
+    let so_far = now.counters();
+    red_figures {
+        units: so_far.units,
+        encoder_runs_saved: so_far.encoder_runs_saved,
+        overruns: so_far.overruns,
+        clock_steps_back: so_far.clock_steps_back,
+        late_completions: so_far.late_completions,
+        evictions: so_far.evictions,
+        events_dropped: now.events_dropped(),
+        lanes: now.lanes() as u32,
+        jobs_in_flight: now.jobs_in_flight() as u32,
+        ready: now.ready_sub_jobs() as u32,
+        running: now.running_units() as u32,
+        can_dispatch: now.can_dispatch().into(),
+        ..red_figures::EMPTY
     }
 }

@@ -33,7 +33,7 @@ pub enum red_status {
     OtherKind = 9,
     /// Graph and scheduler are of different capacity classes.
     OtherClass = 10,
-    /// Another call on it goes on: from another thread, a callback or a signal handler; call again later.
+    /// It is in use: another call goes on, or a body asked for what waits for a lane; call again later, from elsewhere.
     Busy = 11,
     /// The memory overlaps with that of something open.
     Overlap = 12,
@@ -103,6 +103,36 @@ pub enum red_status {
     Late = 64,
     /// No such job in flight.
     UnknownJob = 65,
+    /// A real-time right is missing: red_runtime_message says which, and how to get it.
+    NotPermitted = 80,
+    /// The lanes do not get a CPU each: red_runtime_message says why, and what to do.
+    Cpus = 81,
+    /// The system refused something: red_runtime_message says what, and what to do.
+    System = 82,
+    /// A lane cannot interrupt a body: set preempt to 0.
+    Preempts = 83,
+    /// A node has no body: give one for each.
+    NoBody = 84,
+    /// A node that was there before keeps its body: give bodies for new nodes only.
+    HasBody = 85,
+    /// The runtime was started: this has to come before.
+    Started = 86,
+    /// The runtime was not started.
+    Idle = 87,
+    /// No lane came to the releases before: release less often.
+    MailboxFull = 88,
+    /// The runtime was stopped, or its time is over.
+    Over = 89,
+    /// The time has passed, and the runtime goes on.
+    Timeout = 90,
+    /// A child of fork has no lanes: open a runtime of its own.
+    Forked = 91,
+    /// A text is empty, not UTF-8, or not ended within 4,096 bytes.
+    Text = 92,
+    /// Something was set up already: begin the log before.
+    LogLate = 93,
+    /// The log cannot be written there.
+    LogFile = 94,
 }
 
 impl red_status {
@@ -154,6 +184,21 @@ impl red_status {
         Self::NotRunning,
         Self::Late,
         Self::UnknownJob,
+        Self::NotPermitted,
+        Self::Cpus,
+        Self::System,
+        Self::Preempts,
+        Self::NoBody,
+        Self::HasBody,
+        Self::Started,
+        Self::Idle,
+        Self::MailboxFull,
+        Self::Over,
+        Self::Timeout,
+        Self::Forked,
+        Self::Text,
+        Self::LogLate,
+        Self::LogFile,
     ];
 
     /// In words, with what to do about it.
@@ -171,7 +216,7 @@ impl red_status {
             Self::Foreign => c"the handle is of another copy of this library, or made up",
             Self::OtherKind => c"the handle is of something else: a graph is no scheduler",
             Self::OtherClass => c"graph and scheduler are of different capacity classes",
-            Self::Busy => c"another call on it goes on: from another thread, a callback or a signal handler; call again later",
+            Self::Busy => c"it is in use: another call goes on, or a body asked for what waits for a lane; call again later, from elsewhere",
             Self::Overlap => c"the memory overlaps with that of something open",
             Self::OutOfRange => c"a number is outside of its enumeration or range",
             Self::TooLong => c"an array is longer than anything that could be meant",
@@ -206,6 +251,21 @@ impl red_status {
             Self::NotRunning => c"no such unit was ever dispatched",
             Self::Late => c"the unit's jobs had been given up meanwhile; it is counted, and its lane is free",
             Self::UnknownJob => c"no such job in flight",
+            Self::NotPermitted => c"a real-time right is missing: red_runtime_message says which, and how to get it",
+            Self::Cpus => c"the lanes do not get a CPU each: red_runtime_message says why, and what to do",
+            Self::System => c"the system refused something: red_runtime_message says what, and what to do",
+            Self::Preempts => c"a lane cannot interrupt a body: set preempt to 0",
+            Self::NoBody => c"a node has no body: give one for each",
+            Self::HasBody => c"a node that was there before keeps its body: give bodies for new nodes only",
+            Self::Started => c"the runtime was started: this has to come before",
+            Self::Idle => c"the runtime was not started",
+            Self::MailboxFull => c"no lane came to the releases before: release less often",
+            Self::Over => c"the runtime was stopped, or its time is over",
+            Self::Timeout => c"the time has passed, and the runtime goes on",
+            Self::Forked => c"a child of fork has no lanes: open a runtime of its own",
+            Self::Text => c"a text is empty, not UTF-8, or not ended within 4,096 bytes",
+            Self::LogLate => c"something was set up already: begin the log before",
+            Self::LogFile => c"the log cannot be written there",
         }
     }
 }

@@ -1,0 +1,4 @@
+//! The core alone has no runtime.
+
+/// None.
+pub(crate) enum Engine {}

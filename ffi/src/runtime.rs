@@ -1,0 +1,30 @@
+//! The runtime: lanes as threads of ours, which call back.
+//!
+//! | file | what |
+//! |---|---|
+//! | `values`, `report` | structs and enumerations of the header |
+//! | `bodies` | which function runs for which node, and the call |
+//! | `notes` | jobs that ended and events, until somebody takes them |
+//! | `engine` | a runtime: being set up, running, ended |
+//! | `open`, `set_up`, `tasks`, `run` | the functions of the header |
+//! | `fork` | a child of `fork` has none of our threads |
+
+mod bodies;
+mod engine;
+mod fork;
+mod notes;
+mod open;
+mod report;
+mod run;
+mod set_up;
+mod tasks;
+mod text;
+mod values;
+
+pub(crate) use engine::Engine;
+pub use open::*;
+pub use report::*;
+pub use run::*;
+pub use set_up::*;
+pub use tasks::*;
+pub use values::*;

@@ -1,0 +1,339 @@
+#![allow(unsafe_code, reason = "a runtime belongs to its handle")]
+//! A runtime: being set up, running, ended.
+//!
+//! Releases, errands and stops go to the running lanes without a lock of ours, so that a body may make them; the mutex is
+//! for threads that set up, start, wait and close.
+
+use super::bodies::{Bodies, Calls, is_in_body};
+use super::fork;
+use super::notes::{Notes, Teller};
+use super::report::red_report;
+use super::values::{red_mode, red_runtime_config};
+use crate::handles::{self, Object};
+use crate::status::red_status;
+use core::time::Duration;
+use red_core::{Instant, Scheduler};
+use red_record::class::Large;
+use red_record::{Recorder, Tape, Writer};
+use red_rt::control::{AskError, Control, Errand};
+use red_rt::placement::{choose_cpus, usable_cpus};
+use red_rt::report::RunReport;
+use red_rt::runtime::{Mode, Setup, run};
+use red_rt::setup::SetupError;
+use red_rt::stop::StopBy;
+use red_rt::timeline::Releases;
+use std::sync::mpsc::{Sender, channel};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::thread::JoinHandle;
+
+/// Until somebody stops it.
+const FOR_EVER_NS: u64 = 1 << 62;
+
+/// The scheduler is moved to where lanes share it, and by an unoptimised build over the stack.
+const STACK: usize = if cfg!(debug_assertions) { 32 << 20 } else { 4 << 20 };
+
+/// What is started.
+pub(crate) struct SetUp {
+    pub(crate) scheduler: Box<Scheduler<Large>>,
+    pub(crate) tape: Option<Tape>,
+    pub(crate) writer: Option<Writer>,
+    /// Pools after the first.
+    pub(crate) more_pools: u32,
+    /// Whether anything was set up, so that a log would not have it.
+    pub(crate) is_begun: bool,
+    pub(crate) releases: Vec<Releases>,
+    /// By lane; where there are none, they are chosen.
+    pub(crate) cpus: Vec<usize>,
+}
+
+impl SetUp {
+    /// The scheduler, each of whose calls is in the log if there is one.
+    pub(crate) fn calls(&mut self) -> Recorder<'_, Large> {
+        self.is_begun = true;
+        Recorder::new(&mut self.scheduler, self.tape.as_mut())
+    }
+}
+
+pub(crate) enum State {
+    SetUp(Box<SetUp>),
+    Running(JoinHandle<()>),
+    Ended(Box<red_report>),
+    Failed(red_status, String),
+}
+
+/// What a thread of the run leaves.
+struct Shared {
+    state: Mutex<State>,
+    ended: Condvar,
+}
+
+/// A runtime.
+pub(crate) struct Engine {
+    pub(crate) config: red_runtime_config,
+    pub(crate) notes: Arc<Notes>,
+    pub(crate) bodies: Arc<Bodies>,
+    control: OnceLock<Arc<dyn Control<Large>>>,
+    shared: Arc<Shared>,
+    /// Sensors that were added; graphs are checked against it before they reach the scheduler.
+    pub(crate) sensors: core::sync::atomic::AtomicUsize,
+    forks: u32,
+}
+
+/// The runtime of a handle.
+pub(crate) fn engine(bits: u64) -> Result<&'static Engine, red_status> {
+    match handles::object(bits) {
+        Some(Object::Runtime(engine)) => {
+            // SAFETY: it was leaked at `open` and is freed at `close`, after which its handle is not found.
+            let engine = unsafe { &*engine };
+            if engine.forks == fork::generation() { Ok(engine) } else { Err(red_status::Forked) }
+        }
+        _ => Err(handles::refusal(bits)),
+    }
+}
+
+impl Engine {
+    /// Opens a runtime; its handle.
+    pub(crate) fn open(
+        config: red_runtime_config,
+        scheduler: Box<Scheduler<Large>>,
+    ) -> Result<u64, red_status> {
+        let set_up = SetUp {
+            scheduler,
+            tape: None,
+            writer: None,
+            more_pools: 0,
+            is_begun: false,
+            releases: Vec::new(),
+            cpus: Vec::new(),
+        };
+        let engine = Box::into_raw(Box::new(Self {
+            config,
+            notes: Notes::new(),
+            bodies: Bodies::new(),
+            control: OnceLock::new(),
+            shared: Arc::new(Shared {
+                state: Mutex::new(State::SetUp(Box::new(set_up))),
+                ended: Condvar::new(),
+            }),
+            sensors: 0.into(),
+            forks: fork::generation(),
+        }));
+        handles::open(&(0..0), || Object::Runtime(engine)).inspect_err(|_| {
+            // SAFETY: nobody else knows of it.
+            drop(unsafe { Box::from_raw(engine) });
+        })
+    }
+
+    /// Stops the runtime, waits for its end and frees it.
+    pub(crate) fn close(bits: u64) -> Result<(), red_status> {
+        let engine = engine(bits)?;
+        if is_in_body() {
+            return Err(red_status::Busy);
+        }
+        engine.stop();
+        let _ended = engine.wait(None);
+        handles::close(bits)?;
+        let thread = {
+            let mut state = engine.state();
+            core::mem::replace(&mut *state, State::Failed(red_status::Closed, String::new()))
+        };
+        if let State::Running(thread) = thread {
+            // It panicked without a report.
+            let _panicked = thread.join();
+        }
+        // SAFETY: made by `open`; its handle is closed, and callers keep their other calls from going on meanwhile.
+        drop(unsafe { Box::from_raw(core::ptr::from_ref(engine).cast_mut()) });
+        Ok(())
+    }
+
+    pub(crate) fn state(&self) -> MutexGuard<'_, State> {
+        self.shared.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Makes a call on what is being set up.
+    pub(crate) fn set_up<R>(
+        &self,
+        call: impl FnOnce(&mut SetUp) -> Result<R, red_status>,
+    ) -> Result<R, red_status> {
+        match &mut *self.state() {
+            State::SetUp(set_up) => call(set_up),
+            State::Running(_) | State::Ended(_) => Err(red_status::Started),
+            State::Failed(status, _) => Err(*status),
+        }
+    }
+
+    /// The running lanes.
+    pub(crate) fn control(&self) -> Result<&dyn Control<Large>, red_status> {
+        self.control.get().map(AsRef::as_ref).ok_or(red_status::Idle)
+    }
+
+    /// Has something done by the next lane, under the scheduler's lock.
+    pub(crate) fn ask<R: Send + Sync + 'static>(
+        &self,
+        mut what: impl FnMut(&mut Recorder<'_, Large>, Instant) -> R + Send + 'static,
+    ) -> Result<R, red_status> {
+        let control = self.control()?;
+        if is_in_body() {
+            return Err(red_status::Busy);
+        }
+        let found = Arc::new(OnceLock::new());
+        let to = found.clone();
+        let errand: Errand<Large> = Box::new(move |scheduler, now| {
+            let _once = to.set(what(scheduler, now));
+        });
+        drop(control.ask(errand).map_err(|error| match error {
+            AskError::OnLane => red_status::Busy,
+            AskError::Over => red_status::Over,
+            _ => red_status::Internal,
+        })?);
+        Arc::into_inner(found).and_then(OnceLock::into_inner).ok_or(red_status::Internal)
+    }
+
+    /// On what is being set up, or by a lane if the runtime runs already.
+    pub(crate) fn now_or_by_a_lane<R: Send + Sync + 'static>(
+        &self,
+        mut what: impl FnMut(&mut Recorder<'_, Large>, Instant) -> R + Send + 'static,
+    ) -> Result<R, red_status> {
+        if self.control.get().is_some() {
+            return self.ask(what);
+        }
+        self.set_up(|set_up| Ok(what(&mut set_up.calls(), Instant::ZERO)))
+    }
+
+    /// Starts the lanes; returns when they run.
+    pub(crate) fn start(&self) -> Result<(), red_status> {
+        let mut state = self.state();
+        let placed = match &*state {
+            State::SetUp(set_up) => self.mode(set_up),
+            State::Running(_) | State::Ended(_) => return Err(red_status::Started),
+            State::Failed(status, _) => return Err(*status),
+        };
+        let mode = placed.map_err(|error| self.fail(&mut state, &error))?;
+        let State::SetUp(set_up) =
+            core::mem::replace(&mut *state, State::Failed(red_status::Internal, String::new()))
+        else {
+            return Err(red_status::Internal);
+        };
+        let (tell, told) = channel();
+        let (setup, writer) = self.setup(*set_up, mode);
+        let (notes, shared) = (self.notes.clone(), self.shared.clone());
+        let run = move || run_to_the_end(setup, writer, notes, &shared, &tell);
+        let thread = std::thread::Builder::new().name("red-run".to_owned()).stack_size(STACK).spawn(run);
+        let Ok(thread) = thread else {
+            *state =
+                State::Failed(red_status::System, "no thread can be started; raise ulimit -u".to_owned());
+            return Err(red_status::System);
+        };
+        match told.recv() {
+            Ok(Ok(control)) => {
+                let _first = self.control.set(control);
+                *state = State::Running(thread);
+                Ok(())
+            }
+            Ok(Err(error)) => {
+                let _ended = thread.join();
+                Err(self.fail(&mut state, &error))
+            }
+            Err(_) => Err(red_status::Internal),
+        }
+    }
+
+    fn mode(&self, set_up: &SetUp) -> Result<Mode, SetupError> {
+        if self.config.mode == red_mode::BestEffort as u32 {
+            return Ok(Mode::BestEffort);
+        }
+        let cpus = if set_up.cpus.is_empty() {
+            choose_cpus(set_up.scheduler.lanes(), &usable_cpus()?)?
+        } else {
+            set_up.cpus.clone()
+        };
+        Ok(Mode::RealTime { priority: self.config.priority as u8, cpus })
+    }
+
+    fn setup(&self, set_up: SetUp, mode: Mode) -> (Setup<Large>, Option<Writer>) {
+        let bodies = self.bodies.clone();
+        let duration_ns = if self.config.duration_ns == 0 { FOR_EVER_NS } else { self.config.duration_ns };
+        let setup = Setup {
+            lanes: set_up.scheduler.lanes(),
+            scheduler: set_up.scheduler,
+            mode,
+            releases: set_up.releases,
+            duration_ns: duration_ns.min(FOR_EVER_NS),
+            drain_ns: self.config.drain_ns,
+            stop: StopBy::Caller,
+            tape: set_up.tape,
+            handlers: Arc::new(move |_lane| Box::new(Calls::new(bodies.clone()))),
+            enclose: Arc::new(|main| main()),
+        };
+        (setup, set_up.writer)
+    }
+
+    /// The number of what is missing, whose words are kept.
+    fn fail(&self, state: &mut State, error: &SetupError) -> red_status {
+        let status = match error {
+            SetupError::NotPermitted { .. } => red_status::NotPermitted,
+            SetupError::MoreLanesThanCpus { .. } | SetupError::NotACpuEach { .. } => red_status::Cpus,
+            SetupError::CpuNotUsable { .. } => red_status::Cpus,
+            SetupError::Preempts => red_status::Preempts,
+            _ => red_status::System,
+        };
+        *state = State::Failed(status, error.to_string());
+        status
+    }
+
+    /// Asks the lanes to end; any thread, also a body or a signal handler.
+    pub(crate) fn stop(&self) {
+        if let Some(control) = self.control.get() {
+            control.stop();
+        }
+    }
+
+    /// Waits for the end, at most so long.
+    pub(crate) fn wait(&self, timeout: Option<Duration>) -> Result<(), red_status> {
+        if is_in_body() {
+            return Err(red_status::Busy);
+        }
+        let goes_on = |state: &mut State| matches!(state, State::Running(_));
+        let state = self.state();
+        if !matches!(*state, State::Running(_) | State::Ended(_)) {
+            return Err(red_status::Idle);
+        }
+        let state = match timeout {
+            None => self.shared.ended.wait_while(state, goes_on).unwrap_or_else(PoisonError::into_inner),
+            Some(timeout) => {
+                let waited = self.shared.ended.wait_timeout_while(state, timeout, goes_on);
+                waited.unwrap_or_else(PoisonError::into_inner).0
+            }
+        };
+        if matches!(*state, State::Running(_)) { Err(red_status::Timeout) } else { Ok(()) }
+    }
+}
+
+/// The thread of a run: tells who started it whether lanes run, and leaves the report.
+fn run_to_the_end(
+    setup: Setup<Large>,
+    writer: Option<Writer>,
+    notes: Arc<Notes>,
+    shared: &Shared,
+    tell: &Sender<Result<Arc<dyn Control<Large>>, SetupError>>,
+) {
+    let origin = notes.clone();
+    let started = |control: Arc<dyn Control<Large>>| {
+        origin.origin_ns.store(control.origin_ns(), core::sync::atomic::Ordering::Relaxed);
+        let _told = tell.send(Ok(control));
+    };
+    let ran: Result<RunReport, SetupError> =
+        run(setup, Teller(notes), started, |_now_ns| ()).map(|(_host, report)| report);
+    let log_dropped = writer.map_or(0, |writer| writer.finish().0.dropped);
+    match ran {
+        Ok(report) => {
+            let report = Box::new(red_report::of(&report, log_dropped));
+            // Who started it sets the state to running before this one waits for it.
+            *shared.state.lock().unwrap_or_else(PoisonError::into_inner) = State::Ended(report);
+            shared.ended.notify_all();
+        }
+        Err(error) => {
+            let _told = tell.send(Err(error));
+        }
+    }
+}

@@ -1,0 +1,120 @@
+#![allow(unsafe_code, reason = "names of C")]
+//! A runtime that runs: started, released to, asked, stopped.
+
+use super::open::on;
+use super::values::red_runtime;
+use crate::action::red_outcome;
+use crate::boundary::{OutGrowing, Room};
+use crate::event::{red_event, red_figures};
+use crate::machine::figures;
+use crate::status::red_status;
+use crate::values::RED_NONE_64;
+use core::time::Duration;
+use red_core::TaskId;
+use red_rt::control::Refused;
+
+/// Starts the lanes. In real time memory is locked and each lane pinned; if a right is missing nothing runs, and
+/// red_runtime_message says which and how to get it. No signal handler is installed.
+///
+/// Threads: any but a body's. Real time: no. Time: until all lanes are ready. Errors: RED_STATUS_NOT_PERMITTED,
+/// RED_STATUS_CPUS, RED_STATUS_SYSTEM: after these the runtime can only be closed; RED_STATUS_STARTED,
+/// RED_STATUS_FORKED.
+#[unsafe(no_mangle)]
+pub extern "C" fn red_runtime_start(runtime: *mut red_runtime) -> red_status {
+    on(runtime, |engine| {
+        engine.start()?;
+        Ok(red_status::Ok)
+    })
+}
+
+/// Releases a job of a task. `capture` is the number of the frame that it reads; RED_NONE_64: by the sensors' periods, and one
+/// of its own where a frame has no sensor. A task that is not there is found out by a lane, and its release is dropped.
+///
+/// Threads: any, at once, also a body. Real time: yes, with one system call if a lane has to be woken. Time: wait-free.
+/// Errors: RED_STATUS_IDLE: not started; RED_STATUS_MAILBOX_FULL, RED_STATUS_OVER, RED_STATUS_FORKED; RED_STATUS_BUSY: as
+/// many threads as can are releasing at this moment, try again.
+#[unsafe(no_mangle)]
+pub extern "C" fn red_runtime_release(runtime: *const red_runtime, task: u32, capture: u64) -> red_status {
+    on(runtime, |engine| {
+        let capture = (capture != RED_NONE_64).then_some(capture);
+        let released = engine.control()?.release(TaskId::from_bits(task), capture);
+        released.map_err(|refused| match refused {
+            Refused::Full => red_status::MailboxFull,
+            Refused::Over => red_status::Over,
+            _ => red_status::Busy,
+        })?;
+        Ok(red_status::Ok)
+    })
+}
+
+/// Asks the lanes to end: nothing is released any more, no lane takes another unit, bodies that run are waited for by
+/// red_runtime_wait. Again, or after the end, it changes nothing.
+///
+/// Threads: any, at once, also a body or a signal handler. Real time: yes, with one system call. Time: wait-free. Errors:
+/// RED_STATUS_IDLE: not started; RED_STATUS_FORKED.
+#[unsafe(no_mangle)]
+pub extern "C" fn red_runtime_stop(runtime: *const red_runtime) -> red_status {
+    on(runtime, |engine| {
+        engine.control()?.stop();
+        Ok(red_status::Ok)
+    })
+}
+
+/// Waits until the runtime has ended, at most `timeout_ns`; RED_NONE_64: as long as it takes.
+///
+/// Threads: any but a body's, at once. Real time: no. Time: the timeout. Errors: RED_STATUS_TIMEOUT: it goes on;
+/// RED_STATUS_IDLE: not started; RED_STATUS_BUSY: from a body; RED_STATUS_FORKED.
+#[unsafe(no_mangle)]
+pub extern "C" fn red_runtime_wait(runtime: *const red_runtime, timeout_ns: u64) -> red_status {
+    on(runtime, |engine| {
+        engine.wait((timeout_ns != RED_NONE_64).then(|| Duration::from_nanos(timeout_ns)))?;
+        Ok(red_status::Ok)
+    })
+}
+
+/// Counters and figures of the scheduler while lanes run, or before.
+///
+/// Threads: any but a body's, at once. Real time: no. Time: until a lane has a turn. Errors: RED_STATUS_BUSY: from a body;
+/// RED_STATUS_OVER: red_runtime_report has what is known at the end; RED_STATUS_FORKED.
+#[unsafe(no_mangle)]
+pub extern "C" fn red_runtime_figures(runtime: *mut red_runtime, now: *mut red_figures) -> red_status {
+    on(runtime, |engine| {
+        let out = OutGrowing::of(now)?;
+        out.put(engine.now_or_by_a_lane(|scheduler, _now| figures(scheduler))?);
+        Ok(red_status::Ok)
+    })
+}
+
+/// Takes the oldest outcomes of jobs that ended: up to `room` into `outcomes`, and how many into `count`. 1,024 are kept; what
+/// finds no room is counted in red_report: outcomes_dropped. Times are of CLOCK_MONOTONIC.
+///
+/// Threads: one at a time. Real time: yes. Time: O(room). Errors: those of the handle, RED_STATUS_FORKED.
+#[unsafe(no_mangle)]
+pub extern "C" fn red_runtime_take_outcomes(
+    runtime: *mut red_runtime,
+    outcomes: *mut red_outcome,
+    room: usize,
+    count: *mut usize,
+) -> red_status {
+    on(runtime, |engine| {
+        Room::of(outcomes, room, count)?.take(|| engine.notes.take_outcome());
+        Ok(red_status::Ok)
+    })
+}
+
+/// Takes the oldest events: up to `room` into `events`, and how many into `count`. 8,192 are kept; what finds no room is counted
+/// in red_report: events_dropped. Times are of CLOCK_MONOTONIC.
+///
+/// Threads: one at a time. Real time: yes. Time: O(room). Errors: those of the handle, RED_STATUS_FORKED.
+#[unsafe(no_mangle)]
+pub extern "C" fn red_runtime_take_events(
+    runtime: *mut red_runtime,
+    events: *mut red_event,
+    room: usize,
+    count: *mut usize,
+) -> red_status {
+    on(runtime, |engine| {
+        Room::of(events, room, count)?.take(|| engine.notes.take_event());
+        Ok(red_status::Ok)
+    })
+}

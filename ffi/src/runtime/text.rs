@@ -1,0 +1,25 @@
+#![allow(unsafe_code, reason = "text that C gives")]
+//! Text from C.
+
+use crate::status::red_status;
+use core::ffi::c_char;
+
+/// Longest text that is looked at, the byte that ends it included.
+const LONGEST: usize = 4096;
+
+/// A text that C gives: UTF-8, not empty, ended within [`LONGEST`] bytes. Nothing behind its end is read.
+pub(crate) fn take(from: *const c_char) -> Result<String, red_status> {
+    if from.is_null() {
+        return Err(red_status::NullPointer);
+    }
+    let mut bytes = Vec::new();
+    while bytes.len() < LONGEST {
+        // SAFETY: C says that it is a text, so that it may be read up to the byte that ends it.
+        let byte = unsafe { from.wrapping_add(bytes.len()).read() }.cast_unsigned();
+        if byte == 0 {
+            return String::from_utf8(bytes).ok().filter(|text| !text.is_empty()).ok_or(red_status::Text);
+        }
+        bytes.push(byte);
+    }
+    Err(red_status::Text)
+}
