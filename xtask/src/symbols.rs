@@ -18,10 +18,10 @@ use crate::report::Tally;
 use crate::workspace::Workspace;
 
 /// What an object may leave to its system: copies and comparisons of memory that the compiler writes.
-const OUTSIDE: &[&str] = &["memcpy", "memmove", "memset", "memcmp", "bcmp"];
+pub(crate) const OUTSIDE: &[&str] = &["memcpy", "memmove", "memset", "memcmp", "bcmp"];
 
 /// Parts of names that nothing may reach.
-const FORBIDDEN: &[&str] =
+pub(crate) const FORBIDDEN: &[&str] =
     &["9panicking", "panic_on_ord_violation", "rust_begin_unwind", "_Unwind", "rust_alloc", "rust_dealloc"];
 
 /// Entries that the check has to find something in, and a part of its name.
