@@ -19,7 +19,11 @@ pub(crate) use header::run as header;
 pub(crate) use install::{Wish, run as install};
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+
+use binutils::Target;
+use declared::Declared;
+use layer::Layer;
 
 use crate::cross::CORTEX_M4;
 use crate::depth::Depth;
@@ -67,6 +71,27 @@ pub(crate) fn step(workspace: &Workspace, _: Depth) -> Result<Tally, Failure> {
     cmake(&["--install", &build, "--prefix", &by_cmake.display().to_string()])?;
     tree::same(&by_cmake, &prefix, &firmware)?;
     Ok(Tally { passed: passed + 1, ..Tally::default() })
+}
+
+/// Names of the functions that the library of the core has.
+///
+/// # Errors
+/// The header cannot be read.
+pub(crate) fn functions_of_the_core(workspace: &Workspace) -> Result<Vec<String>, Failure> {
+    let names = Declared::of_workspace(workspace)?.functions.into_iter().map(|function| function.name);
+    Ok(names.filter(|name| Layer::Core.has(name)).collect())
+}
+
+/// What cargo makes of the core's functions, here or for another target.
+///
+/// # Errors
+/// It does not build.
+pub(crate) fn archive_of_the_core(workspace: &Workspace, target: Option<&str>) -> Result<PathBuf, Failure> {
+    let target = match target {
+        Some(triple) => Target::of(triple, None).map_err(Failure::Wrong)?,
+        None => Target::here(),
+    };
+    build::compile(workspace, Layer::Core, &target).map(|(archive, _)| archive)
 }
 
 /// `cargo xtask install`.

@@ -3,10 +3,11 @@
 //!
 //! What they may reach outside of themselves is a short list. An object without entries would reach nothing, so each
 //! public function of the sources has to have its entry first, and a planted panic and a planted allocation have to be
-//! found.
+//! found. The same is asked of the functions of the C ABI.
 
 mod entries;
 mod reach;
+mod shipped;
 
 use std::fs;
 
@@ -65,5 +66,6 @@ pub(crate) fn check(workspace: &Workspace, _: Depth) -> Result<Tally, Failure> {
             say!("{target}: seen, as it should: {seen}");
         }
     }
-    Ok(Tally { passed: 2 * (1 + PLANTED.len()) as u32, ..Tally::default() })
+    let shipped = shipped::check(workspace)?;
+    Ok(Tally { passed: shipped + 2 * (1 + PLANTED.len()) as u32, ..Tally::default() })
 }
