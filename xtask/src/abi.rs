@@ -25,7 +25,7 @@ use binutils::Target;
 use declared::Declared;
 use layer::Layer;
 
-use crate::cross::CORTEX_M4;
+use crate::cross::{AARCH64, CORTEX_M4};
 use crate::depth::Depth;
 use crate::process::Failure;
 use crate::report::Tally;
@@ -43,7 +43,7 @@ const TOOLS: &[(&str, &[&str])] = &[
 
 /// # Errors
 /// Something is not as it should be, or what is planted is not found.
-pub(crate) fn step(workspace: &Workspace, _: Depth) -> Result<Tally, Failure> {
+pub(crate) fn step(workspace: &Workspace, depth: Depth) -> Result<Tally, Failure> {
     for (program, packages) in TOOLS {
         tools::present(workspace, program, packages)?;
     }
@@ -61,6 +61,11 @@ pub(crate) fn step(workspace: &Workspace, _: Depth) -> Result<Tally, Failure> {
 
     let mut passed = 1 + compile::check(workspace, &prefix)? + exports::check(workspace, &prefix)?;
     passed += exports::check_firmware(workspace, &firmware)?;
+    if depth == Depth::Deep {
+        let board = folder.join("board");
+        installed(workspace, &board, &["--target", AARCH64])?;
+        passed += exports::check(workspace, &board)?;
+    }
     passed += beside::check(workspace, &prefix)?;
     passed += readme::check(workspace, &prefix)?;
 

@@ -55,6 +55,14 @@ impl Target {
         self.triple.as_ref().is_none_or(|triple| !triple.contains("-none"))
     }
 
+    /// What rustc is told for the core. On AArch64 it would ask the C library which atomics the processor has.
+    pub(crate) fn flags(&self) -> &'static [&'static str] {
+        match self.triple.as_deref().unwrap_or(ARCH) {
+            triple if triple.starts_with("aarch64") => &["-Ctarget-feature=-outline-atomics"],
+            _ => &[],
+        }
+    }
+
     /// One of its tools, installed if it is not there.
     ///
     /// # Errors

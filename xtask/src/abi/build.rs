@@ -81,7 +81,8 @@ pub(crate) fn compile(
         cargo = cargo.args(&["--target", triple]);
         folder.push(triple);
     }
-    let said = cargo.args(&["--", "--print", "native-static-libs"]).text()?;
+    let flags = if layer == Layer::Core { target.flags() } else { &[] };
+    let said = cargo.args(&["--", "--print", "native-static-libs"]).args(flags).text()?;
     Ok((folder.join(layer.profile()).join("libred_ffi.a"), needed(&said)))
 }
 

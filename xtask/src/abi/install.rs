@@ -73,10 +73,7 @@ pub(crate) fn run(workspace: &Workspace, wish: &Wish) -> Result<(), Failure> {
     }
     say!("\nbelow {}:\n{:<42} {:>10}", prefix.display(), "file", "bytes");
     rows.iter().for_each(|row| say!("{row}"));
-    say!(
-        "\nnext, where your CMakeLists.txt says find_package(red), or without CMake:\n{}",
-        next(prefix, target)
-    );
+    say!("\n{}", next(prefix, target));
     Ok(())
 }
 
@@ -85,12 +82,14 @@ fn next(prefix: &Path, target: &Target) -> String {
     let prefix = prefix.display();
     if target.has_system() {
         format!(
-            "next, where your CMakeLists.txt says find_package(red), or without CMake:\n  cmake -S . -B build -DCMAKE_PREFIX_PATH={prefix}\n  c++ -std=c++17 main.cpp $(PKG_CONFIG_PATH={prefix}/lib/\
-             pkgconfig pkg-config --cflags --libs red) -Wl,-rpath,{prefix}/lib"
+            "next, where your CMakeLists.txt says find_package(red), or without CMake:\n  \
+             cmake -S . -B build -DCMAKE_PREFIX_PATH={prefix}\n  \
+             c++ -std=c++17 main.cpp $(PKG_CONFIG_PATH={prefix}/lib/pkgconfig pkg-config --cflags --libs red) \
+             -Wl,-rpath,{prefix}/lib"
         )
     } else {
         format!(
-            "  cc main.c -I{prefix}/include -L{prefix}/lib -lred_core    # with the compiler of your board"
+            "next, with the compiler of your board:\n  cc main.c -I{prefix}/include -L{prefix}/lib -lred_core"
         )
     }
 }

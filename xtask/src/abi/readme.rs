@@ -88,9 +88,11 @@ impl<'a> Project<'a> {
         Ok(program)
     }
 
-    /// What a program prints; where it was not told, it finds the libraries here.
+    /// What a program prints, in one line; where it was not told, it finds the libraries here.
     fn said_by(&self, program: &Path) -> Result<String, Failure> {
-        self.workspace.command(program).env("LD_LIBRARY_PATH", self.prefix.join("lib")).capture()
+        let said =
+            self.workspace.command(program).env("LD_LIBRARY_PATH", self.prefix.join("lib")).capture()?;
+        Ok(said.split_whitespace().collect::<Vec<_>>().join(" "))
     }
 }
 
