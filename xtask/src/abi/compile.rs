@@ -69,9 +69,7 @@ fn alone(workspace: &Workspace, header: &Path) -> Result<String, Failure> {
     if is_of_c(header) {
         for name in Declared::of_workspace(workspace)?.set_up {
             let sets_up = name.to_uppercase();
-            text += &format!(
-                "extern const struct {name} {name}_;\nconst struct {name} {name}_ = {sets_up}_INIT;\n"
-            );
+            text += &format!("extern const {name} {name}_;\nconst {name} {name}_ = {sets_up}_INIT;\n");
         }
     }
     Ok(text)

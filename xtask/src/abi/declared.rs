@@ -87,10 +87,13 @@ impl Declared {
 
     /// A declaration without its comments, and the last comment before its end.
     fn take(&mut self, code: &str, doc: &str) {
-        if let Some((head, body)) = code.split_once('{') {
-            let Some(name) = head.strip_prefix("typedef struct ") else { return };
-            let fields = body.split(';').filter_map(field);
-            self.structs.push(Struct { name: name.trim().to_owned(), fields: fields.collect() });
+        if let Some((head, rest)) = code.split_once('{') {
+            let (true, Some((body, name))) = (head.starts_with("typedef struct"), rest.rsplit_once('}'))
+            else {
+                return;
+            };
+            let name = name.trim_end_matches(';').trim().to_owned();
+            self.structs.push(Struct { name, fields: body.split(';').filter_map(field).collect() });
         } else if !code.starts_with("typedef") {
             let Some((head, _)) = code.split_once('(') else { return };
             let name = head.rsplit(|c: char| !is_word(c)).next().unwrap_or_default();
@@ -106,8 +109,7 @@ fn field(text: &str) -> Option<String> {
         Some((_, rest)) => rest.split(')').next()?,
         None => text.rsplit(|c: char| !is_word(c)).find(|word| !word.is_empty())?,
     };
-    // What closes the struct: a brace, and its name again.
-    (!text.contains('}')).then(|| name.to_owned())
+    Some(name.to_owned())
 }
 
 fn is_word(c: char) -> bool {

@@ -41,6 +41,10 @@ typedef struct red_pair {
                uint32_t number);
 } red_pair;
 
+typedef struct {
+  uint64_t bits;
+} red_handle;
+
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus
@@ -70,6 +74,8 @@ fn functions_come_with_what_is_said_about_them_and_structs_with_their_fields() {
     assert!(found.functions[0].doc.contains("Threads: any."), "{:?}", found.functions[0]);
     assert_eq!(found.functions[1].doc, "", "nothing is said about it");
     let fields = ["first", "rest", "call"].map(str::to_owned).to_vec();
-    assert_eq!(found.structs, [Struct { name: "red_pair".into(), fields }]);
+    let pair = Struct { name: "red_pair".into(), fields };
+    let handle = Struct { name: "red_handle".into(), fields: vec!["bits".into()] };
+    assert_eq!(found.structs, [pair, handle]);
     assert_eq!((&*found.abi_version, found.set_up), ("7", vec!["red_pair".to_owned()]));
 }
