@@ -22,6 +22,7 @@ macro_rules! complain {
 }
 
 mod aarch64;
+mod abi;
 mod copy;
 mod cortex_m;
 mod cross;
@@ -73,6 +74,10 @@ usage: cargo xtask TASK
                     explores the models of concurrency; --deep: three preemptions instead of two
   loom --mutants [FILE]...
                     weakens every memory ordering once, each of which a model has to catch
+  header [--check]  writes the C header and the table in its manual; --check compares the committed ones
+  install --prefix P [--target T]
+                    headers, libraries, and files for CMake and pkg-config below P; T without an operating system:
+                    red.h and the core; --binutils BEGIN: what the names of T's linker and the like begin with
   models [--check]  writes the demo's networks; --check compares the committed ones with their generator
 
 example: cargo xtask test fmt clippy
@@ -125,6 +130,12 @@ fn main() -> ExitCode {
         ["loom", ref words @ ..] => match loom::Wish::of(words) {
             Ok(wish) if wish.mutants => status(loom_mutants::run(&workspace, &wish.names)),
             Ok(wish) => status(loom::run(&workspace, wish.deep, &wish.names)),
+            Err(reason) => refuse(&reason),
+        },
+        ["header"] => finish(abi::header(&workspace, false)),
+        ["header", "--check"] => finish(abi::header(&workspace, true)),
+        ["install", ref rest @ ..] => match abi::Wish::of(rest) {
+            Ok(wish) => finish(abi::install(&workspace, &wish)),
             Err(reason) => refuse(&reason),
         },
         ["models", ref rest @ ..] if matches!(rest, [] | ["--check"]) => {

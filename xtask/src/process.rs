@@ -20,6 +20,8 @@ pub(crate) enum Failure {
     Missing { what: &'static str, install: String },
     /// A file could not be read or written.
     File { path: String, reason: io::Error },
+    /// A folder for what is installed cannot be written.
+    Unwritable { path: String, reason: io::Error },
     /// The workspace is not as the step wants it.
     Wrong(String),
 }
@@ -31,6 +33,9 @@ impl fmt::Display for Failure {
             Self::Status { command, status, .. } => write!(f, "`{command}`: {status}"),
             Self::Missing { what, install } => write!(f, "{what} is missing; install it with: {install}"),
             Self::File { path, reason } => write!(f, "{path}: {reason}"),
+            Self::Unwritable { path, reason } => {
+                write!(f, "cannot write below {path}: {reason}; give a --prefix that you may write to")
+            }
             Self::Wrong(what) => f.write_str(what),
         }
     }

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use crate::aarch64;
+use crate::abi;
 use crate::cortex_m;
 use crate::cross::{self, CORTEX_M0, CORTEX_M4};
 use crate::depth::Depth;
@@ -42,6 +43,11 @@ const STEPS: &[Step] = &[
         name: "symbols",
         what: "no call of the release reaches a panic or an allocation",
         run: symbols::check,
+    },
+    Step {
+        name: "abi",
+        what: "the C ABI as it ships: header, libraries, packages, and the README's program",
+        run: abi::step,
     },
     Step {
         name: "soak",

@@ -3,10 +3,11 @@
 //!
 //! What they may reach outside of themselves is a short list. An object without entries would reach nothing, so each
 //! public function of the sources has to have its entry first, and a planted panic and a planted allocation have to be
-//! found.
+//! found. The same is asked of the functions of the C ABI.
 
 mod entries;
 mod reach;
+mod shipped;
 
 use std::fs;
 
@@ -18,10 +19,10 @@ use crate::report::Tally;
 use crate::workspace::Workspace;
 
 /// What an object may leave to its system: copies and comparisons of memory that the compiler writes.
-const OUTSIDE: &[&str] = &["memcpy", "memmove", "memset", "memcmp", "bcmp"];
+pub(crate) const OUTSIDE: &[&str] = &["memcpy", "memmove", "memset", "memcmp", "bcmp"];
 
 /// Parts of names that nothing may reach.
-const FORBIDDEN: &[&str] =
+pub(crate) const FORBIDDEN: &[&str] =
     &["9panicking", "panic_on_ord_violation", "rust_begin_unwind", "_Unwind", "rust_alloc", "rust_dealloc"];
 
 /// Entries that the check has to find something in, and a part of its name.
@@ -65,5 +66,6 @@ pub(crate) fn check(workspace: &Workspace, _: Depth) -> Result<Tally, Failure> {
             say!("{target}: seen, as it should: {seen}");
         }
     }
-    Ok(Tally { passed: 2 * (1 + PLANTED.len()) as u32, ..Tally::default() })
+    let shipped = shipped::check(workspace)?;
+    Ok(Tally { passed: shipped + 2 * (1 + PLANTED.len()) as u32, ..Tally::default() })
 }

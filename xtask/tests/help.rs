@@ -34,3 +34,10 @@ fn a_step_that_there_is_not_is_refused() {
     assert_eq!(status, Some(2));
     assert!(err.contains("no-such"), "{err}");
 }
+
+#[test]
+fn an_install_that_says_not_where_to_is_refused_with_how_to_say_it() {
+    let (status, _, err) = xtask(&["install"]);
+    assert_eq!(status, Some(2));
+    assert!(err.contains("--prefix"), "{err}");
+}
