@@ -85,9 +85,56 @@ pub(crate) const RESTORE: Call = Call {
     call: |_, p| red_scheduler_restore_lane(at(p[0]), 1),
 };
 
+/// The functions of the runtime, each in the state that it needs.
+macro_rules! on_runtime {
+    ($($name:ident($w:ident; $prepare:expr; $($pointer:expr),*) |$p:ident| ($($argument:expr),*);)*) => { &[$(
+        Call {
+            name: stringify!($name),
+            pointers: |$w| {
+                $prepare;
+                vec![$((&raw mut $pointer).expose_provenance()),*]
+            },
+            call: |$w, $p| { let _unused = $w; $name($($argument),*) },
+        },
+    )*] };
+}
+
+const LARGE: usize = RED_DAG_16X256X64_BYTES;
+
+pub(crate) const RUNTIME: &[Call] = on_runtime! {
+    red_runtime_open(w; (); w.config, w.runtime_config, w.opened_runtime) |p| (at(p[0]), at(p[1]), at(p[2]));
+    red_runtime_close(w; w.open_runtime(); w.runtime) |p| (at(p[0]));
+    red_runtime_state_of(w; w.open_runtime(); w.runtime, w.number) |p| (at(p[0]), at(p[1]));
+    red_runtime_message(w; w.open_runtime(); w.runtime, w.text, w.count) |p| (at(p[0]), at(p[1]), 512, at(p[2]));
+    red_runtime_report(w; w.open_runtime(); w.runtime, w.report) |p| (at(p[0]), at(p[1]));
+    red_runtime_add_pool(w; w.open_runtime(); w.runtime, w.number) |p| (at(p[0]), 1, RED_NONE_64, at(p[1]));
+    red_runtime_add_sensor(w; w.open_runtime(); w.runtime, w.number) |p| (at(p[0]), 1_000, at(p[1]));
+    red_runtime_pin(w; w.open_runtime(); w.runtime, w.lanes) |p| (at(p[0]), at(p[1]), 2);
+    red_runtime_every(w; w.open_runtime(); w.runtime) |p| (at(p[0]), w.task, 0, 1_000_000);
+    red_runtime_record(w; w.open_empty_runtime(); w.runtime, w.path) |p| (at(p[0]), at(p[1]));
+    red_runtime_now(w; (); w.wide) |p| (at(p[0]));
+    red_runtime_add_task(w; w.open_runtime(); w.runtime, w.large, w.callbacks, w.timing, w.number)
+        |p| (at(p[0]), at(p[1]), at(p[2]), 2, at(p[3]), at(p[4]));
+    red_runtime_remove_task(w; w.start_runtime(); w.runtime) |p| (at(p[0]), w.task);
+    red_runtime_certificate(w; w.start_runtime(); w.runtime, w.certificate) |p| (at(p[0]), w.task, at(p[1]));
+    red_runtime_edit(w; w.start_runtime(); w.runtime, w.free_memory.0, w.opened_dag)
+        |p| (at(p[0]), w.task, at(p[1]), LARGE, at(p[2]));
+    red_runtime_commit(w; { w.start_runtime(); w.edit_runtime() }; w.runtime, w.large, w.callbacks, w.certificate)
+        |p| (at(p[0]), at(p[1]), at(p[2]), 1, at(p[3]));
+    red_runtime_start(w; w.open_runtime(); w.runtime) |p| (at(p[0]));
+    red_runtime_release(w; w.start_runtime(); w.runtime) |p| (at(p[0]), w.task, RED_NONE_64);
+    red_runtime_stop(w; w.start_runtime(); w.runtime) |p| (at(p[0]));
+    red_runtime_wait(w; { w.start_runtime(); w.stop_runtime() }; w.runtime) |p| (at(p[0]), 10_000_000_000);
+    red_runtime_figures(w; w.start_runtime(); w.runtime, w.figures) |p| (at(p[0]), at(p[1]));
+    red_runtime_take_outcomes(w; w.start_runtime(); w.runtime, w.outcome, w.count)
+        |p| (at(p[0]), at(p[1]), 1, at(p[2]));
+    red_runtime_take_events(w; w.start_runtime(); w.runtime, w.events, w.count)
+        |p| (at(p[0]), at(p[1]), 16, at(p[2]));
+};
+
 /// All of them.
 pub(crate) fn all() -> impl Iterator<Item = &'static Call> {
-    CALLS.iter().chain([&RESTORE])
+    CALLS.iter().chain([&RESTORE]).chain(RUNTIME)
 }
 
 /// What a pointer of the header is for.
@@ -97,6 +144,8 @@ pub(crate) enum Kind {
     Handle(&'static str),
     /// A struct that begins with its size and version, and whether it is only read.
     Growing { is_read: bool },
+    /// Bytes, which may lie anywhere.
+    Text,
     /// Anything else.
     Plain,
 }
@@ -116,6 +165,8 @@ pub(crate) fn header() -> Vec<(String, Vec<Kind>)> {
         Some(match of {
             "red_scheduler" => Kind::Handle("red_scheduler"),
             "red_dag" => Kind::Handle("red_dag"),
+            "red_runtime" => Kind::Handle("red_runtime"),
+            "char" => Kind::Text,
             _ if is_growing(of) => Kind::Growing { is_read },
             _ => Kind::Plain,
         })

@@ -31,7 +31,10 @@ macro_rules! heads {
         }
     )* };
 }
-heads!(red_config red_node red_timing red_certificate red_unit red_figures red_executions red_dag_summary);
+heads!(
+    red_config red_node red_timing red_certificate red_unit red_figures red_executions red_dag_summary red_runtime_config
+    red_report
+);
 
 /// A scheduler with a running unit, a graph, and room for every output.
 pub(crate) struct World {
@@ -46,6 +49,16 @@ pub(crate) struct World {
     /// What a call opens.
     pub(crate) opened_scheduler: red_scheduler,
     pub(crate) opened_dag: red_dag,
+    /// Opened where it is asked for.
+    pub(crate) runtime: red_runtime,
+    pub(crate) opened_runtime: red_runtime,
+    pub(crate) runtime_config: red_runtime_config,
+    pub(crate) large_memory: Box<Lent<RED_DAG_16X256X64_BYTES>>,
+    pub(crate) large: red_dag,
+    pub(crate) callbacks: [red_callback; 2],
+    pub(crate) report: red_report,
+    pub(crate) text: [i8; 512],
+    pub(crate) path: [u8; 64],
     pub(crate) config: red_config,
     pub(crate) node: red_node,
     pub(crate) decoders: [red_node; 2],
@@ -76,7 +89,53 @@ fn ok(status: red_status) {
     assert_eq!(status, red_status::Ok);
 }
 
+extern "C" fn no_body(_user: *mut core::ffi::c_void, _context: *const red_context) -> core::ffi::c_int {
+    RED_BODY_DONE
+}
+
 impl World {
+    /// Opens a runtime of one task of two nodes.
+    pub(crate) fn open_runtime(&mut self) {
+        let runtime = &raw mut self.runtime;
+        ok(red_runtime_open(&raw const self.config, &raw const self.runtime_config, runtime));
+        ok(red_dag_open_16x256x64(self.large_memory.at(), RED_DAG_16X256X64_BYTES, &raw mut self.large));
+        for _ in 0..2 {
+            ok(red_dag_add_node(&raw mut self.large, &raw const self.node, &raw mut self.number));
+        }
+        let (dag, bodies, timing) = (&raw const self.large, self.callbacks.as_ptr(), &raw const self.timing);
+        ok(red_runtime_add_task(runtime, dag, bodies, 2, timing, &raw mut self.task));
+    }
+
+    /// Opens one where nothing is set up yet, and names a file for its log.
+    pub(crate) fn open_empty_runtime(&mut self) {
+        let runtime = &raw mut self.runtime;
+        ok(red_runtime_open(&raw const self.config, &raw const self.runtime_config, runtime));
+        let name = std::env::temp_dir().join(format!("red-abi-{}.redlog", std::process::id()));
+        let name = name.to_str().expect("a name in UTF-8").as_bytes();
+        self.path[..name.len()].copy_from_slice(name);
+    }
+
+    /// Asks it to end.
+    pub(crate) fn stop_runtime(&mut self) {
+        ok(red_runtime_stop(&raw const self.runtime));
+    }
+
+    /// Starts it.
+    pub(crate) fn start_runtime(&mut self) {
+        self.open_runtime();
+        ok(red_runtime_start(&raw mut self.runtime));
+    }
+
+    /// Makes of the large graph an edit of its task, with another node.
+    pub(crate) fn edit_runtime(&mut self) {
+        let dag = &raw mut self.large;
+        ok(red_dag_close(dag));
+        let memory = self.large_memory.at();
+        ok(red_runtime_edit(&raw mut self.runtime, self.task, memory, RED_DAG_16X256X64_BYTES, dag));
+        ok(red_dag_add_node(dag, &raw const self.node, &raw mut self.number));
+        self.callbacks[0].node = self.number;
+    }
+
     pub(crate) fn new() -> Box<Self> {
         let mut w = Box::new(Self {
             scheduler_memory: Lent::new(),
@@ -88,6 +147,20 @@ impl World {
             edit: red_dag::default(),
             opened_scheduler: red_scheduler::default(),
             opened_dag: red_dag::default(),
+            runtime: red_runtime::default(),
+            opened_runtime: red_runtime::default(),
+            runtime_config: red_runtime_config {
+                mode: red_mode::BestEffort as u32,
+                priority: 80,
+                drain_ns: 1_000_000_000,
+                ..red_runtime_config::headed()
+            },
+            large_memory: Lent::new(),
+            large: red_dag::default(),
+            callbacks: [0, 1].map(|node| red_callback { node, body: Some(no_body), ..red_callback::EMPTY }),
+            report: red_report::headed(),
+            text: [0; 512],
+            path: [0; 64],
             config: red_config::headed(),
             node: red_node { wcet_ns: 1_000, sensor: RED_NONE, ..red_node::headed() },
             decoders: [red_node { role: red_role::Decoder as u32, wcet_ns: 100, ..red_node::headed() }; 2],
@@ -140,7 +213,10 @@ impl World {
 impl Drop for World {
     fn drop(&mut self) {
         // Some were closed by the call that was tried.
-        for dag in [&mut self.dag, &mut self.edit, &mut self.opened_dag] {
+        for runtime in [&mut self.runtime, &mut self.opened_runtime] {
+            let _closed = red_runtime_close(runtime);
+        }
+        for dag in [&mut self.dag, &mut self.edit, &mut self.opened_dag, &mut self.large] {
             let _closed = red_dag_close(dag);
         }
         for scheduler in [&mut self.scheduler, &mut self.opened_scheduler] {
