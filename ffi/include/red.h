@@ -68,7 +68,8 @@
 #define RED_NONE_64 UINT64_MAX
 
 /**
- * How a call ended. Nothing has changed unless it is RED_STATUS_OK, or the function says otherwise.
+ * How a call ended. Nothing has changed unless it is RED_STATUS_OK, or the function says otherwise; but a time that a
+ * scheduler was told counts all the same, and it never goes back.
  */
 enum red_status
 #ifdef __cplusplus
@@ -1000,7 +1001,7 @@ typedef struct red_action {
    */
   uint64_t unit;
   /**
-   * Of a job that ended; else what was there before.
+   * Of a job that ended; else zeros.
    */
   struct red_outcome outcome;
 } red_action;
@@ -1307,6 +1308,7 @@ red_status red_dag_close(struct red_dag *dag);
  *
  * Threads: one at a time on a graph. Real time: yes. Time: O(nodes). Errors: RED_STATUS_NODES_FULL,
  * RED_STATUS_WORK_OVERFLOW, RED_STATUS_OUT_OF_RANGE: role, atomic, weights or frame, or contention without atomic.
+ * RED_STATUS_UNKNOWN_POOL, RED_STATUS_UNKNOWN_SENSOR: a number that none can have.
  */
 red_status red_dag_add_node(struct red_dag *dag,
                             const struct red_node *node,
@@ -1433,7 +1435,7 @@ red_status red_dag_prove(const struct red_dag *dag,
  * Releases a job of a task now.
  *
  * Threads: one at a time on a scheduler. Real time: yes. Time: O(nodes). Errors: RED_STATUS_UNKNOWN_TASK,
- * RED_STATUS_JOBS_FULL, RED_STATUS_TIME_OVERFLOW.
+ * RED_STATUS_TIME_OVERFLOW, RED_STATUS_JOBS_FULL: the job's index is used up, and an event tells of it.
  */
 red_status red_scheduler_release(struct red_scheduler *scheduler,
                                  uint32_t task,
@@ -1445,7 +1447,7 @@ red_status red_scheduler_release(struct red_scheduler *scheduler,
  * that it reads; RED_NONE_64: by the sensors' periods, and one of its own where a frame has no sensor.
  *
  * Threads: one at a time on a scheduler. Real time: yes. Time: O(nodes). Errors: RED_STATUS_UNKNOWN_TASK,
- * RED_STATUS_JOBS_FULL, RED_STATUS_TIME_OVERFLOW.
+ * RED_STATUS_TIME_OVERFLOW, RED_STATUS_JOBS_FULL: the job's index is used up, and an event tells of it.
  */
 red_status red_scheduler_release_at(struct red_scheduler *scheduler,
                                     uint32_t task,

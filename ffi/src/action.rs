@@ -97,7 +97,7 @@ pub struct red_action {
     pub lane: u32,
     /// Of a unit: its handle, used once. Bits 8 to 15 are the node of its first member.
     pub unit: u64,
-    /// Of a job that ended; else what was there before.
+    /// Of a job that ended; else zeros.
     pub outcome: red_outcome,
 }
 plain!(red_action { kind: u32, lane: u32, unit: u64, outcome: red_outcome });
