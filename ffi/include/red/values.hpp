@@ -42,6 +42,9 @@ private:
     std::size_t size_ = 0;
 };
 
+template <class Row>
+Span(Row &&) -> Span<std::remove_pointer_t<decltype(std::declval<Row &>().data())>>;
+
 /// A name that the library gave, of one kind of thing: a node's is no task's. Without a number it names nothing.
 template <class Kind, class Number>
 class Id {
