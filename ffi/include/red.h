@@ -83,7 +83,8 @@
 #define RED_NONE_64 UINT64_MAX
 
 /**
- * How a call ended. Nothing has changed unless it is RED_STATUS_OK, or the function says otherwise.
+ * How a call ended. Nothing has changed unless it is RED_STATUS_OK, or the function says otherwise; but a time that a
+ * scheduler was told counts all the same, and it never goes back.
  */
 enum red_status
 #ifdef __cplusplus
@@ -1718,6 +1719,7 @@ red_status red_dag_close(red_dag *dag);
  *
  * Threads: one at a time on a graph. Real time: yes. Time: O(nodes). Errors: RED_STATUS_NODES_FULL,
  * RED_STATUS_WORK_OVERFLOW, RED_STATUS_OUT_OF_RANGE: role, atomic, weights or frame, or contention without atomic.
+ * RED_STATUS_UNKNOWN_POOL, RED_STATUS_UNKNOWN_SENSOR: a number that none can have.
  */
 red_status red_dag_add_node(red_dag *dag,
                             const red_node *node,
@@ -1844,7 +1846,7 @@ red_status red_dag_prove(const red_dag *dag,
  * Releases a job of a task now.
  *
  * Threads: one at a time on a scheduler. Real time: yes. Time: O(nodes). Errors: RED_STATUS_UNKNOWN_TASK,
- * RED_STATUS_JOBS_FULL, RED_STATUS_TIME_OVERFLOW.
+ * RED_STATUS_TIME_OVERFLOW, RED_STATUS_JOBS_FULL: the job's index is used up, and an event tells of it.
  */
 red_status red_scheduler_release(red_scheduler *scheduler,
                                  uint32_t task,
@@ -1856,7 +1858,7 @@ red_status red_scheduler_release(red_scheduler *scheduler,
  * that it reads; RED_NONE_64: by the sensors' periods, and one of its own where a frame has no sensor.
  *
  * Threads: one at a time on a scheduler. Real time: yes. Time: O(nodes). Errors: RED_STATUS_UNKNOWN_TASK,
- * RED_STATUS_JOBS_FULL, RED_STATUS_TIME_OVERFLOW.
+ * RED_STATUS_TIME_OVERFLOW, RED_STATUS_JOBS_FULL: the job's index is used up, and an event tells of it.
  */
 red_status red_scheduler_release_at(red_scheduler *scheduler,
                                     uint32_t task,

@@ -202,8 +202,11 @@ impl<T: Growing> GrowingArray<T> {
             return Err(red_status::OutOfRange);
         }
         let at = self.first.wrapping_byte_add(i * self.size);
-        let value = take_growing(at)?;
-        if head(at)? == self.size { Ok(value) } else { Err(red_status::StructSize) }
+        // Before it is read: one that says that it is longer than the others would be read beyond its place.
+        if head(at)? != self.size {
+            return Err(red_status::StructSize);
+        }
+        take_growing(at)
     }
 }
 

@@ -90,6 +90,7 @@ pub extern "C" fn red_dag_close(dag: *mut red_dag) -> red_status {
 ///
 /// Threads: one at a time on a graph. Real time: yes. Time: O(nodes). Errors: RED_STATUS_NODES_FULL,
 /// RED_STATUS_WORK_OVERFLOW, RED_STATUS_OUT_OF_RANGE: role, atomic, weights or frame, or contention without atomic.
+/// RED_STATUS_UNKNOWN_POOL, RED_STATUS_UNKNOWN_SENSOR: a number that none can have.
 #[unsafe(no_mangle)]
 pub extern "C" fn red_dag_add_node(dag: *mut red_dag, node: *const red_node, number: *mut u32) -> red_status {
     change(dag, |graph| {

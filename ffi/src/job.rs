@@ -25,7 +25,7 @@ pub(crate) fn run(
 /// Releases a job of a task now.
 ///
 /// Threads: one at a time on a scheduler. Real time: yes. Time: O(nodes). Errors: RED_STATUS_UNKNOWN_TASK,
-/// RED_STATUS_JOBS_FULL, RED_STATUS_TIME_OVERFLOW.
+/// RED_STATUS_TIME_OVERFLOW, RED_STATUS_JOBS_FULL: the job's index is used up, and an event tells of it.
 #[unsafe(no_mangle)]
 pub extern "C" fn red_scheduler_release(
     scheduler: *mut red_scheduler,
@@ -40,7 +40,7 @@ pub extern "C" fn red_scheduler_release(
 /// that it reads; RED_NONE_64: by the sensors' periods, and one of its own where a frame has no sensor.
 ///
 /// Threads: one at a time on a scheduler. Real time: yes. Time: O(nodes). Errors: RED_STATUS_UNKNOWN_TASK,
-/// RED_STATUS_JOBS_FULL, RED_STATUS_TIME_OVERFLOW.
+/// RED_STATUS_TIME_OVERFLOW, RED_STATUS_JOBS_FULL: the job's index is used up, and an event tells of it.
 #[unsafe(no_mangle)]
 pub extern "C" fn red_scheduler_release_at(
     scheduler: *mut red_scheduler,

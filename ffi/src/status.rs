@@ -7,7 +7,8 @@ use red_core::{
     SensorError,
 };
 
-/// How a call ended. Nothing has changed unless it is RED_STATUS_OK, or the function says otherwise.
+/// How a call ended. Nothing has changed unless it is RED_STATUS_OK, or the function says otherwise; but a time that a
+/// scheduler was told counts all the same, and it never goes back.
 #[repr(i32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum red_status {

@@ -1,0 +1,151 @@
+/* The loop: release, poll, complete, and what a host may ask meanwhile. */
+#include "calls.h"
+
+static struct small_memory memory;
+
+static void one_job(void) {
+    red_scheduler scheduler = open_small(&memory, 1);
+    const uint32_t task = add_simple_task(&scheduler, 50 * MS);
+    uint32_t job = 0, same = 0, count = 7;
+    uint64_t at = 0;
+    CALL(RED_OK, red_scheduler_poll_at, &scheduler, &at);
+    EXPECT(at == RED_NONE_64);
+    CALL(RED_STATUS_UNKNOWN_TASK, red_scheduler_release, &scheduler, task + 1, MS, &job);
+    CALL(RED_OK, red_scheduler_release, &scheduler, task, MS, &job);
+    CALL(RED_OK, red_scheduler_job, &scheduler, task, 0, &same);
+    EXPECT(job == same);
+    CALL(RED_STATUS_UNKNOWN_JOB, red_scheduler_job, &scheduler, task, 1, &same);
+
+    const red_action action = poll(&scheduler, MS, RED_ACTION_KIND_DISPATCH);
+    EXPECT(action.lane == 0 && (action.unit >> 8 & 0xff) == 0);
+    red_unit unit = RED_UNIT_INIT;
+    CALL(RED_OK, red_scheduler_unit, &scheduler, action.unit, &unit);
+    EXPECT(unit.first.task == task && unit.first.deadline_ns == 51 * MS && unit.started_ns == MS);
+    EXPECT(unit.wcet_ns == 4 * MS && unit.output == RED_NONE && unit.pool == 0);
+    CALL(RED_STATUS_NOT_RUNNING, red_scheduler_unit, &scheduler, action.unit + (1 << 16), &unit);
+    red_member members[2];
+    size_t len = 0;
+    CALL(RED_OK, red_scheduler_members, &scheduler, action.unit, members, 2, &len);
+    EXPECT(len == 1 && members[0].job == job && members[0].release_ns == MS);
+    CALL(RED_STATUS_TOO_SHORT, red_scheduler_members, &scheduler, action.unit, NULL, 0, &len);
+    CALL(RED_STATUS_NOT_RUNNING, red_scheduler_members, &scheduler, 0, members, 2, &len);
+
+    CALL(RED_OK, red_scheduler_complete, &scheduler, action.unit, 4 * MS);
+    CALL(RED_STATUS_STALE, red_scheduler_complete, &scheduler, action.unit, 4 * MS);
+    CALL(RED_STATUS_NOT_RUNNING, red_scheduler_complete, &scheduler, action.unit + (1 << 16), 4 * MS);
+    red_outcome outcome;
+    CALL(RED_OK, red_scheduler_take_outcome, &scheduler, &outcome, &count);
+    EXPECT(count == 1 && outcome.job == job && outcome.shed == RED_SHED_NOT && outcome.at_ns == 4 * MS);
+    CALL(RED_OK, red_scheduler_take_outcome, &scheduler, &outcome, &count);
+    EXPECT(count == 0);
+    poll(&scheduler, 4 * MS, RED_ACTION_KIND_NOTHING);
+
+    red_executions executions = RED_EXECUTIONS_INIT;
+    CALL(RED_OK, red_scheduler_executions, &scheduler, task, 0, &executions);
+    EXPECT(executions.minimum_ns == 3 * MS && executions.maximum_ns == 3 * MS && executions.mean_ns == 3 * MS);
+    CALL(RED_STATUS_UNKNOWN_NODE, red_scheduler_executions, &scheduler, task, 1, &executions);
+    CALL(RED_STATUS_UNKNOWN_NODE, red_scheduler_executions, &scheduler, task + 1, 0, &executions);
+
+    red_event events[4];
+    CALL(RED_OK, red_scheduler_take_events, &scheduler, events, 4, &len);
+    EXPECT(len == 4 && events[0].kind == RED_EVENT_KIND_RELEASED && events[1].kind == RED_EVENT_KIND_STARTED);
+    EXPECT(events[2].kind == RED_EVENT_KIND_COMPLETED && events[3].kind == RED_EVENT_KIND_ENDED);
+    CALL(RED_OK, red_scheduler_take_events, &scheduler, events, 4, &len);
+    EXPECT(len == 0);
+    CALL(RED_OK, red_scheduler_close, &scheduler);
+}
+
+static void failures(void) {
+    red_scheduler scheduler = open_small(&memory, 1);
+    const uint32_t task = add_simple_task(&scheduler, 50 * MS);
+    uint32_t job = 0;
+    CALL(RED_OK, red_scheduler_release, &scheduler, task, 0, &job);
+    uint64_t unit = poll(&scheduler, 0, RED_ACTION_KIND_DISPATCH).unit;
+    CALL(RED_STATUS_NOT_RUNNING, red_scheduler_fail, &scheduler, unit + (1 << 16), MS);
+    CALL(RED_OK, red_scheduler_fail, &scheduler, unit, MS);
+    CALL(RED_STATUS_STALE, red_scheduler_fail, &scheduler, unit, MS);
+    EXPECT(poll(&scheduler, MS, RED_ACTION_KIND_ENDED).outcome.shed == RED_SHED_FAULT);
+
+    /* Whose jobs were given up while it ran is late, and its lane is free again. */
+    red_action next;
+    for (int way = 0; way < 3; way++) {
+        const uint32_t victim = add_simple_task(&scheduler, 50 * MS);
+        CALL(RED_OK, red_scheduler_release, &scheduler, victim, MS, &job);
+        unit = poll(&scheduler, MS, RED_ACTION_KIND_DISPATCH).unit;
+        CALL(RED_OK, red_scheduler_remove_task, &scheduler, victim, MS);
+        red_unit data = RED_UNIT_INIT;
+        CALL(RED_STATUS_NOT_RUNNING, red_scheduler_unit, &scheduler, unit, &data);
+        if (way == 0) CALL(RED_STATUS_LATE, red_scheduler_complete, &scheduler, unit, MS);
+        if (way == 1) CALL(RED_STATUS_LATE, red_scheduler_fail, &scheduler, unit, MS);
+        if (way == 2) CALL(RED_STATUS_LATE, red_scheduler_complete_and_poll, &scheduler, unit, MS, &next);
+        poll(&scheduler, MS, RED_ACTION_KIND_ENDED);
+    }
+    red_figures figures = RED_FIGURES_INIT;
+    CALL(RED_OK, red_scheduler_figures, &scheduler, &figures);
+    EXPECT(figures.late_completions == 3 && figures.running == 0 && figures.jobs_in_flight == 0);
+    EXPECT(figures.units == 4 && figures.lanes == 1);
+
+    CALL(RED_OK, red_scheduler_release, &scheduler, task, 2 * MS, &job);
+    CALL(RED_OK, red_scheduler_release, &scheduler, task, 2 * MS, &job);
+    unit = poll(&scheduler, 2 * MS, RED_ACTION_KIND_DISPATCH).unit;
+    CALL(RED_STATUS_NOT_RUNNING, red_scheduler_complete_and_poll, &scheduler, unit + (1 << 16), 3 * MS, &next);
+    CALL(RED_OK, red_scheduler_complete_and_poll, &scheduler, unit, 3 * MS, &next);
+    EXPECT(next.kind == RED_ACTION_KIND_ENDED && next.outcome.index == 1);
+    CALL(RED_STATUS_STALE, red_scheduler_complete_and_poll, &scheduler, unit, 3 * MS, &next);
+    CALL(RED_OK, red_scheduler_poll_on, &scheduler, 0, 3 * MS, &next);
+    EXPECT(next.kind == RED_ACTION_KIND_DISPATCH && next.outcome.index == 0);
+    CALL(RED_STATUS_UNKNOWN_LANE, red_scheduler_poll_on, &scheduler, 256, 3 * MS, &next);
+    CALL(RED_OK, red_scheduler_close, &scheduler);
+}
+
+static void limits(void) {
+    red_scheduler scheduler = open_small(&memory, 2);
+    const uint32_t task = add_simple_task(&scheduler, 50 * MS);
+    const uint64_t end = UINT64_C(1) << 63;
+    uint32_t job = 0;
+    CALL(RED_STATUS_TIME_OVERFLOW, red_scheduler_release_at, &scheduler, task, end, RED_NONE_64, 0, &job);
+    CALL(RED_STATUS_UNKNOWN_TASK, red_scheduler_release_at, &scheduler, RED_NONE, 0, RED_NONE_64, 0, &job);
+    for (uint64_t i = 0; i < 16; i++)
+        CALL(RED_OK, red_scheduler_release_at, &scheduler, task, 10 * MS - i, i, 10 * MS, &job);
+    CALL(RED_STATUS_JOBS_FULL, red_scheduler_release, &scheduler, task, 10 * MS, &job);
+    CALL(RED_STATUS_JOBS_FULL, red_scheduler_release_at, &scheduler, task, 10 * MS, 0, 10 * MS, &job);
+
+    const red_action action = poll(&scheduler, 10 * MS, RED_ACTION_KIND_DISPATCH);
+    CALL(RED_STATUS_UNKNOWN_LANE, red_scheduler_retire_lane, &scheduler, action.lane);
+    CALL(RED_STATUS_UNKNOWN_LANE, red_scheduler_retire_lane, &scheduler, 9);
+    CALL(RED_STATUS_UNKNOWN_LANE, red_scheduler_restore_lane, &scheduler, 1);
+    CALL(RED_OK, red_scheduler_retire_lane, &scheduler, 1);
+    poll(&scheduler, 10 * MS, RED_ACTION_KIND_NOTHING);
+    CALL(RED_OK, red_scheduler_restore_lane, &scheduler, 1);
+    EXPECT(poll(&scheduler, 10 * MS, RED_ACTION_KIND_DISPATCH).lane == 1);
+
+    /* The time of a call that is refused counts: now every job is hopeless. */
+    CALL(RED_STATUS_TIME_OVERFLOW, red_scheduler_release, &scheduler, task, end, &job);
+    EXPECT(poll(&scheduler, 10 * MS, RED_ACTION_KIND_ENDED).outcome.shed == RED_SHED_HOPELESS);
+    CALL(RED_OK, red_scheduler_close, &scheduler);
+}
+
+/* A smaller key takes the lane; what ran goes on as another unit. */
+static void preemption(void) {
+    red_config config = preset(RED_PRESET_EDF);
+    config.preempt = 1;
+    red_scheduler scheduler = {0};
+    CALL(RED_OK, red_scheduler_open_4x16x16, &memory, sizeof memory, &config, &scheduler);
+    const uint32_t slow = add_simple_task(&scheduler, 50 * MS), fast = add_simple_task(&scheduler, 5 * MS);
+    uint32_t job = 0;
+    CALL(RED_OK, red_scheduler_release, &scheduler, slow, 0, &job);
+    const uint64_t first = poll(&scheduler, 0, RED_ACTION_KIND_DISPATCH).unit;
+    CALL(RED_OK, red_scheduler_release, &scheduler, fast, MS, &job);
+    EXPECT(poll(&scheduler, MS, RED_ACTION_KIND_PREEMPT).unit == first);
+    const uint64_t second = poll(&scheduler, MS, RED_ACTION_KIND_DISPATCH).unit;
+    CALL(RED_STATUS_STALE, red_scheduler_complete, &scheduler, first, 2 * MS);
+    CALL(RED_OK, red_scheduler_complete, &scheduler, second, 2 * MS);
+    CALL(RED_OK, red_scheduler_close, &scheduler);
+}
+
+void test_loop(void) {
+    one_job();
+    failures();
+    limits();
+    preemption();
+}
