@@ -100,7 +100,7 @@ pub(crate) fn archive_of_the_core(workspace: &Workspace, target: Option<&str>) -
 }
 
 /// `cargo xtask install`.
-fn installed(workspace: &Workspace, prefix: &Path, more: &[&str]) -> Result<(), Failure> {
+pub(crate) fn installed(workspace: &Workspace, prefix: &Path, more: &[&str]) -> Result<(), Failure> {
     let prefix = prefix.display().to_string();
     let words = [&["--prefix", &prefix], more].concat();
     install(workspace, &Wish::of(&words).map_err(Failure::Wrong)?)

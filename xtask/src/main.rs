@@ -23,6 +23,7 @@ macro_rules! complain {
 
 mod aarch64;
 mod abi;
+mod clients;
 mod copy;
 mod cortex_m;
 mod cross;

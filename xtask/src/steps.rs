@@ -4,6 +4,7 @@ use std::path::Path;
 
 use crate::aarch64;
 use crate::abi;
+use crate::clients;
 use crate::cortex_m;
 use crate::cross::{self, CORTEX_M0, CORTEX_M4};
 use crate::depth::Depth;
@@ -48,6 +49,11 @@ const STEPS: &[Step] = &[
         name: "abi",
         what: "the C ABI as it ships: header, libraries, packages, and the README's program",
         run: abi::step,
+    },
+    Step {
+        name: "clients",
+        what: "programs in C and C++ with that library: tests, under sanitizers and valgrind too, and examples",
+        run: clients::step,
     },
     Step {
         name: "soak",
