@@ -1947,6 +1947,29 @@ red_status red_scheduler_restore_lane(red_scheduler *scheduler,
                                       uint32_t lane_number);
 
 /**
+ * Records every input of a scheduler from here on in a log at `path` (UTF-8), which `redrt replay` feeds to a scheduler again.
+ * Directly after the scheduler was opened. Writing is done by a thread of its own; calls on the scheduler write to memory.
+ * Part of libred, not of libred_core.
+ *
+ * Threads: one at a time on a scheduler. Real time: no. Time: one file is created. Errors: RED_STATUS_TEXT,
+ * RED_STATUS_LOG_LATE, RED_STATUS_LOG_FILE.
+ */
+red_status red_record_begin(red_scheduler *scheduler,
+                            const char *path);
+
+/**
+ * Ends the log of a scheduler at `now_ns`, and waits until it is written. A log without this end is not whole, and is refused
+ * by `redrt replay` after all that it has. `dropped` is how many inputs found no room; 0: the log is whole. Part of libred,
+ * not of libred_core.
+ *
+ * Threads: one at a time on a scheduler. Real time: no. Time: until it is written. Errors: RED_STATUS_IDLE: there is no log;
+ * RED_STATUS_LOG_FILE: it could not be written to its end.
+ */
+red_status red_record_end(red_scheduler *scheduler,
+                          uint64_t now_ns,
+                          uint64_t *dropped);
+
+/**
  * When red_scheduler_poll is to be called even if nothing happens; RED_NONE_64: not before something does. Any call may
  * change it.
  *

@@ -10,7 +10,7 @@
 //! | `dag`, `dag_look` | graphs |
 //! | `scheduler`, `tasks`, `job`, `look` | the scheduler: open, tasks, the loop, what a host may ask |
 //! | `machine`, `graph` | a scheduler, a graph of any class |
-//! | `runtime` | lanes as threads of ours; not part of the core's library |
+//! | `runtime`, `log` | lanes as threads of ours, and logs; not part of the core's library |
 //!
 //! An entry converts what came in, makes one call, and converts what goes out. Outputs are looked at before the call
 //! and written after it, only when it succeeds.
@@ -32,9 +32,13 @@ mod graph;
 mod guard;
 mod handles;
 mod job;
+#[cfg(feature = "runtime")]
+mod log;
 mod look;
 mod machine;
 mod name;
+#[cfg(not(feature = "runtime"))]
+mod no_log;
 #[cfg(not(feature = "runtime"))]
 mod no_runtime;
 mod node;
@@ -49,7 +53,7 @@ mod tasks;
 mod values;
 
 #[cfg(not(feature = "runtime"))]
-use no_runtime as runtime;
+use {no_log as log, no_runtime as runtime};
 
 pub use action::*;
 pub use capacity::*;
@@ -58,6 +62,8 @@ pub use dag::*;
 pub use dag_look::*;
 pub use event::*;
 pub use job::*;
+#[cfg(feature = "runtime")]
+pub use log::*;
 pub use look::*;
 pub use node::*;
 pub use proof::*;

@@ -6,6 +6,7 @@ use crate::dag::open_dag;
 use crate::event::{red_event, red_figures};
 use crate::graph::AnyGraph;
 use crate::guard::Guarded;
+use crate::log::{Calls, Log, Logged};
 use crate::status::{flat, red_status, status};
 use crate::values::{RED_NONE_64, red_dag};
 use red_core::{
@@ -16,7 +17,10 @@ use red_core::{
 
 /// A scheduler, and what this library keeps beside it.
 pub(crate) struct Host<C: Capacity> {
-    scheduler: Scheduler<C>,
+    pub(crate) scheduler: Scheduler<C>,
+    pub(crate) log: Log,
+    /// Whether anything was set up, so that a log would not have it.
+    pub(crate) is_begun: bool,
     /// Pools after the first, and sensors, that were added.
     more_pools: u32,
     sensors: usize,
@@ -24,10 +28,23 @@ pub(crate) struct Host<C: Capacity> {
 
 impl<C: Capacity> Host<C> {
     /// To be configured in its place: a scheduler of the largest class is larger than many stacks.
-    pub(crate) const NEW: Self = Self { scheduler: Empty::EMPTY, more_pools: 0, sensors: 0 };
+    pub(crate) const NEW: Self =
+        Self { scheduler: Empty::EMPTY, log: Log::NONE, is_begun: false, more_pools: 0, sensors: 0 };
 
     pub(crate) fn configure(&mut self, config: Config) {
         self.scheduler.configure(config);
+    }
+
+    /// What every call that changes the scheduler is made on.
+    #[inline(always)]
+    fn calls(&mut self) -> Calls<'_, C> {
+        self.log.calls(&mut self.scheduler)
+    }
+
+    /// For calls that set up.
+    fn set_up(&mut self) -> Calls<'_, C> {
+        self.is_begun = true;
+        self.calls()
     }
 
     /// A graph of this class whose sensors are there.
@@ -45,7 +62,7 @@ pub(crate) type AnyMachine = dyn Loop;
 pub(crate) type Rest = dyn Machine;
 
 /// The other calls of a [`Scheduler`], whatever its capacity is.
-pub(crate) trait Machine {
+pub(crate) trait Machine: Logged {
     fn add_pool(&mut self, lanes: u8, memory: Option<Bytes>) -> Result<PoolId, PoolError>;
     fn add_sensor(&mut self, period: Duration) -> Result<SensorId, SensorError>;
     fn add_task(&mut self, graph: &AnyGraph, timing: Timing) -> Result<TaskId, red_status>;
@@ -125,7 +142,7 @@ impl<C: Capacity> Loop for Shared<C> {
             let out = Out::of(job)?;
             let capture = (capture != RED_NONE_64).then_some(capture);
             let (release, now) = (Instant::from_nanos(release_ns), Instant::from_nanos(now_ns));
-            let released = host.scheduler.release_at(TaskId::from_bits(task), release, capture, now);
+            let released = host.calls().release_at(TaskId::from_bits(task), release, capture, now);
             Ok(status(released, |id| out.put(id.to_bits())))
         }))
     }
@@ -133,7 +150,7 @@ impl<C: Capacity> Loop for Shared<C> {
     extern "C" fn poll(&self, now_ns: u64, action: *mut red_action) -> red_status {
         flat(self.enter().and_then(|mut host| {
             let out = Out::of(action)?;
-            put(host.scheduler.poll(Instant::from_nanos(now_ns)), out);
+            put(host.calls().poll(Instant::from_nanos(now_ns)), out);
             Ok(red_status::Ok)
         }))
     }
@@ -141,14 +158,14 @@ impl<C: Capacity> Loop for Shared<C> {
     extern "C" fn poll_on(&self, lane: u32, now_ns: u64, action: *mut red_action) -> red_status {
         flat(self.enter().and_then(|mut host| {
             let (lane, out) = (lane_id(lane)?, Out::of(action)?);
-            put(host.scheduler.poll_on(lane, Instant::from_nanos(now_ns)), out);
+            put(host.calls().poll_on(lane, Instant::from_nanos(now_ns)), out);
             Ok(red_status::Ok)
         }))
     }
 
     extern "C" fn complete(&self, unit: u64, now_ns: u64) -> red_status {
         flat(self.enter().map(|mut host| {
-            status(host.scheduler.complete(UnitId::from_bits(unit), Instant::from_nanos(now_ns)), drop)
+            status(host.calls().complete(UnitId::from_bits(unit), Instant::from_nanos(now_ns)), drop)
         }))
     }
 
@@ -156,13 +173,13 @@ impl<C: Capacity> Loop for Shared<C> {
         flat(self.enter().and_then(|mut host| {
             let out = Out::of(action)?;
             let (unit, now) = (UnitId::from_bits(unit), Instant::from_nanos(now_ns));
-            Ok(status(host.scheduler.complete_and_poll(unit, now), |next| put(next, out)))
+            Ok(status(host.calls().complete_and_poll(unit, now), |next| put(next, out)))
         }))
     }
 
     extern "C" fn take_events(&self, events: *mut red_event, room: usize, count: *mut usize) -> red_status {
         flat(self.enter().and_then(|mut host| {
-            Room::of(events, room, count)?.take(|| host.scheduler.take_event().map(red_event::from));
+            Room::of(events, room, count)?.take(|| host.calls().take_event().map(red_event::from));
             Ok(red_status::Ok)
         }))
     }
@@ -175,23 +192,24 @@ pub(crate) fn lane_id(number: u32) -> Result<LaneId, red_status> {
 
 impl<C: Capacity> Machine for Host<C> {
     fn add_pool(&mut self, lanes: u8, memory: Option<Bytes>) -> Result<PoolId, PoolError> {
-        let pool = self.scheduler.add_pool(lanes, memory)?;
+        let pool = self.set_up().add_pool(lanes, memory)?;
         self.more_pools += 1;
         Ok(pool)
     }
 
     fn add_sensor(&mut self, period: Duration) -> Result<SensorId, SensorError> {
-        let sensor = self.scheduler.add_sensor(period)?;
+        let sensor = self.set_up().add_sensor(period)?;
         self.sensors = self.sensors.max(sensor.index() + 1);
         Ok(sensor)
     }
 
     fn add_task(&mut self, graph: &AnyGraph, timing: Timing) -> Result<TaskId, red_status> {
-        Ok(self.scheduler.add_task(self.graph(graph)?, timing)?)
+        let dag = self.graph(graph)?;
+        Ok(self.set_up().add_task(dag, timing)?)
     }
 
     fn remove_task(&mut self, task: TaskId, now: Instant) -> bool {
-        self.scheduler.remove_task(task, now)
+        self.calls().remove_task(task, now)
     }
 
     fn edit(&self, task: TaskId, memory: Memory) -> Result<red_dag, red_status> {
@@ -199,7 +217,8 @@ impl<C: Capacity> Machine for Host<C> {
     }
 
     fn commit(&mut self, graph: &AnyGraph, now: Instant) -> Result<Certificate, red_status> {
-        Ok(self.scheduler.commit(self.graph(graph)?, now)?)
+        let dag = self.graph(graph)?;
+        Ok(self.calls().commit(dag, now)?)
     }
 
     fn certificate(&self, task: TaskId) -> Option<Certificate> {
@@ -207,19 +226,19 @@ impl<C: Capacity> Machine for Host<C> {
     }
 
     fn fail(&mut self, unit: UnitId, now: Instant) -> Result<(), CompleteError> {
-        self.scheduler.fail(unit, now)
+        self.calls().fail(unit, now)
     }
 
     fn take_outcome(&mut self) -> Option<Outcome> {
-        self.scheduler.take_outcome()
+        self.calls().take_outcome()
     }
 
     fn retire_lane(&mut self, lane: LaneId) -> bool {
-        self.scheduler.retire_lane(lane)
+        self.calls().retire_lane(lane)
     }
 
     fn restore_lane(&mut self, lane: LaneId) -> bool {
-        self.scheduler.restore_lane(lane)
+        self.calls().restore_lane(lane)
     }
 
     fn poll_at(&self) -> Option<Instant> {

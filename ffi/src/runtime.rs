@@ -18,7 +18,7 @@ mod report;
 mod run;
 mod set_up;
 mod tasks;
-mod text;
+pub(crate) mod text;
 mod values;
 
 pub(crate) use engine::Engine;

@@ -118,6 +118,16 @@ impl<'a, C: Capacity> Recorder<'a, C> {
         answer
     }
 
+    /// [`Scheduler::complete_and_poll`]; in a log it is both calls. Errors: as there.
+    #[inline(always)]
+    pub fn complete_and_poll(&mut self, unit: UnitId, now: Instant) -> Result<Option<Action>, CompleteError> {
+        if self.tape.is_none() {
+            return self.scheduler.complete_and_poll(unit, now);
+        }
+        self.complete(unit, now)?;
+        Ok(self.poll_on(unit.lane(), now))
+    }
+
     /// [`Scheduler::take_outcome`].
     #[inline(always)]
     pub fn take_outcome(&mut self) -> Option<Outcome> {

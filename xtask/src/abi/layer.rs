@@ -12,7 +12,7 @@ pub(crate) enum Layer {
 }
 
 /// What only the library with all functions has, by how names begin.
-const ABOVE_THE_CORE: &[&str] = &["red_runtime_"];
+const ABOVE_THE_CORE: &[&str] = &["red_runtime_", "red_record_"];
 
 impl Layer {
     pub(crate) const ALL: [Self; 2] = [Self::Core, Self::All];

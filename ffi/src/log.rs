@@ -1,0 +1,108 @@
+#![allow(unsafe_code, reason = "names of C")]
+//! A log of every input of a scheduler that C drives itself.
+
+use crate::boundary::Out;
+use crate::machine::Host;
+use crate::runtime::text;
+use crate::scheduler::change;
+use crate::status::red_status;
+use crate::values::red_scheduler;
+use core::ffi::c_char;
+use red_core::{Capacity, Instant, Scheduler};
+use red_record::{Header, Recorder, Tape, Writer};
+use std::path::Path;
+
+/// What calls are made on.
+pub(crate) type Calls<'a, C> = Recorder<'a, C>;
+
+/// A scheduler of any class that can have a log.
+pub(crate) trait Logged {
+    fn begin_log(&mut self, path: &str) -> Result<(), red_status>;
+    fn end_log(&mut self, now: Instant) -> Result<u64, red_status>;
+}
+
+impl<C: Capacity> Logged for Host<C> {
+    fn begin_log(&mut self, path: &str) -> Result<(), red_status> {
+        if self.is_begun {
+            return Err(red_status::LogLate);
+        }
+        self.log.begin(&self.scheduler, path)
+    }
+
+    fn end_log(&mut self, now: Instant) -> Result<u64, red_status> {
+        self.log.end(&mut self.scheduler, now)
+    }
+}
+
+/// Where inputs go, if they go anywhere.
+pub(crate) struct Log {
+    tape: Option<Tape>,
+    writer: Option<Writer>,
+}
+
+impl Log {
+    pub(crate) const NONE: Self = Self { tape: None, writer: None };
+
+    /// The scheduler, each of whose inputs is written down if there is a log.
+    #[inline(always)]
+    pub(crate) const fn calls<'a, C: Capacity>(
+        &'a mut self,
+        scheduler: &'a mut Scheduler<C>,
+    ) -> Recorder<'a, C> {
+        Recorder::new(scheduler, self.tape.as_mut())
+    }
+
+    /// Begins a log of a scheduler that was just opened.
+    fn begin<C: Capacity>(&mut self, scheduler: &Scheduler<C>, path: &str) -> Result<(), red_status> {
+        if self.writer.is_some() {
+            return Err(red_status::LogLate);
+        }
+        let program = concat!("libred ", env!("CARGO_PKG_VERSION"));
+        let header = Header::by_calls::<C>(program, "by calls", *scheduler.config());
+        let (writer, tape) = Writer::start(Path::new(path), &header).map_err(|_| red_status::LogFile)?;
+        *self = Self { tape: Some(tape), writer: Some(writer) };
+        Ok(())
+    }
+
+    /// Ends it, and waits until it is written. How many inputs found no room.
+    fn end<C: Capacity>(&mut self, scheduler: &mut Scheduler<C>, now: Instant) -> Result<u64, red_status> {
+        let writer = self.writer.take().ok_or(red_status::Idle)?;
+        self.calls(scheduler).end(now);
+        self.tape = None;
+        let (totals, failed) = writer.finish();
+        if failed.is_some() { Err(red_status::LogFile) } else { Ok(totals.dropped) }
+    }
+}
+
+/// Records every input of a scheduler from here on in a log at `path` (UTF-8), which `redrt replay` feeds to a scheduler again.
+/// Directly after the scheduler was opened. Writing is done by a thread of its own; calls on the scheduler write to memory.
+/// Part of libred, not of libred_core.
+///
+/// Threads: one at a time on a scheduler. Real time: no. Time: one file is created. Errors: RED_STATUS_TEXT,
+/// RED_STATUS_LOG_LATE, RED_STATUS_LOG_FILE.
+#[unsafe(no_mangle)]
+pub extern "C" fn red_record_begin(scheduler: *mut red_scheduler, path: *const c_char) -> red_status {
+    change(scheduler, |machine| {
+        machine.begin_log(&text::take(path)?)?;
+        Ok(red_status::Ok)
+    })
+}
+
+/// Ends the log of a scheduler at `now_ns`, and waits until it is written. A log without this end is not whole, and is refused
+/// by `redrt replay` after all that it has. `dropped` is how many inputs found no room; 0: the log is whole. Part of libred,
+/// not of libred_core.
+///
+/// Threads: one at a time on a scheduler. Real time: no. Time: until it is written. Errors: RED_STATUS_IDLE: there is no log;
+/// RED_STATUS_LOG_FILE: it could not be written to its end.
+#[unsafe(no_mangle)]
+pub extern "C" fn red_record_end(
+    scheduler: *mut red_scheduler,
+    now_ns: u64,
+    dropped: *mut u64,
+) -> red_status {
+    change(scheduler, |machine| {
+        let out = Out::of(dropped)?;
+        out.put(machine.end_log(Instant::from_nanos(now_ns))?);
+        Ok(red_status::Ok)
+    })
+}
