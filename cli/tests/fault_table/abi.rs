@@ -1,6 +1,8 @@
 //! Rows 41 to 47: what C may get wrong.
 
+mod border;
 mod calls;
+mod installed;
 mod world;
 
 use calls::{Call, Kind, all, header};

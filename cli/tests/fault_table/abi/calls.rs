@@ -99,6 +99,27 @@ macro_rules! on_runtime {
     )*] };
 }
 
+/// A file for the log of a world.
+fn named(w: &mut World) {
+    let name = std::env::temp_dir().join(format!("red-abi-{}.redlog", std::process::id()));
+    let name = name.to_str().expect("a name in UTF-8").as_bytes();
+    w.path[..name.len()].copy_from_slice(name);
+}
+
+/// A log of a scheduler that was just opened.
+fn logged(w: &mut World) {
+    named(w);
+    let (memory, opened) = (w.free_memory.at(), &raw mut w.scheduler);
+    assert_eq!(red_scheduler_close(opened), red_status::Ok);
+    let bytes = RED_SCHEDULER_16X256X64_BYTES;
+    assert_eq!(red_scheduler_open_16x256x64(memory, bytes, &raw const w.config, opened), red_status::Ok);
+}
+
+fn logging(w: &mut World) {
+    logged(w);
+    assert_eq!(red_record_begin(&raw mut w.scheduler, w.path.as_ptr().cast()), red_status::Ok);
+}
+
 const LARGE: usize = RED_DAG_16X256X64_BYTES;
 
 pub(crate) const RUNTIME: &[Call] = on_runtime! {
@@ -111,7 +132,9 @@ pub(crate) const RUNTIME: &[Call] = on_runtime! {
     red_runtime_add_sensor(w; w.open_runtime(); w.runtime, w.number) |p| (at(p[0]), 1_000, at(p[1]));
     red_runtime_pin(w; w.open_runtime(); w.runtime, w.lanes) |p| (at(p[0]), at(p[1]), 2);
     red_runtime_every(w; w.open_runtime(); w.runtime) |p| (at(p[0]), w.task, 0, 1_000_000);
-    red_runtime_record(w; w.open_empty_runtime(); w.runtime, w.path) |p| (at(p[0]), at(p[1]));
+    red_runtime_record(w; { w.open_empty_runtime(); named(w) }; w.runtime, w.path) |p| (at(p[0]), at(p[1]));
+    red_record_begin(w; logged(w); w.scheduler, w.path) |p| (at(p[0]), at(p[1]));
+    red_record_end(w; logging(w); w.scheduler, w.wide) |p| (at(p[0]), 1, at(p[1]));
     red_runtime_now(w; (); w.wide) |p| (at(p[0]));
     red_runtime_add_task(w; w.open_runtime(); w.runtime, w.large, w.callbacks, w.timing, w.number)
         |p| (at(p[0]), at(p[1]), at(p[2]), 2, at(p[3]), at(p[4]));

@@ -106,13 +106,10 @@ impl World {
         ok(red_runtime_add_task(runtime, dag, bodies, 2, timing, &raw mut self.task));
     }
 
-    /// Opens one where nothing is set up yet, and names a file for its log.
+    /// Opens one where nothing is set up yet.
     pub(crate) fn open_empty_runtime(&mut self) {
         let runtime = &raw mut self.runtime;
         ok(red_runtime_open(&raw const self.config, &raw const self.runtime_config, runtime));
-        let name = std::env::temp_dir().join(format!("red-abi-{}.redlog", std::process::id()));
-        let name = name.to_str().expect("a name in UTF-8").as_bytes();
-        self.path[..name.len()].copy_from_slice(name);
     }
 
     /// Asks it to end.
