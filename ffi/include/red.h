@@ -1718,8 +1718,9 @@ red_status red_dag_close(red_dag *dag);
  * Adds a node; nodes are numbered from 0.
  *
  * Threads: one at a time on a graph. Real time: yes. Time: O(nodes). Errors: RED_STATUS_NODES_FULL,
- * RED_STATUS_WORK_OVERFLOW, RED_STATUS_OUT_OF_RANGE: role, atomic, weights or frame, or contention without atomic.
- * RED_STATUS_UNKNOWN_POOL, RED_STATUS_UNKNOWN_SENSOR: a number that none can have.
+ * RED_STATUS_WORK_OVERFLOW, RED_STATUS_OUT_OF_RANGE: role, atomic, weights or frame, or contention without atomic,
+ * RED_STATUS_UNKNOWN_POOL: the class has none of this number, RED_STATUS_UNKNOWN_SENSOR: a number above 255; whether the
+ * scheduler has them is for it to say.
  */
 red_status red_dag_add_node(red_dag *dag,
                             const red_node *node,
@@ -1843,7 +1844,8 @@ red_status red_dag_prove(const red_dag *dag,
                          red_certificate *certificate);
 
 /**
- * Releases a job of a task now.
+ * Releases a job of a task now. A job that finds no place has its index and its event all the same, and time goes on
+ * whatever is answered.
  *
  * Threads: one at a time on a scheduler. Real time: yes. Time: O(nodes). Errors: RED_STATUS_UNKNOWN_TASK,
  * RED_STATUS_TIME_OVERFLOW, RED_STATUS_JOBS_FULL: the job's index is used up, and an event tells of it.
@@ -1855,7 +1857,8 @@ red_status red_scheduler_release(red_scheduler *scheduler,
 
 /**
  * Releases a job whose release was at `release_ns`, for hosts that learn of it later. `capture` is the number of the frame
- * that it reads; RED_NONE_64: by the sensors' periods, and one of its own where a frame has no sensor.
+ * that it reads; RED_NONE_64: by the sensors' periods, and one of its own where a frame has no sensor. Else as
+ * red_scheduler_release.
  *
  * Threads: one at a time on a scheduler. Real time: yes. Time: O(nodes). Errors: RED_STATUS_UNKNOWN_TASK,
  * RED_STATUS_TIME_OVERFLOW, RED_STATUS_JOBS_FULL: the job's index is used up, and an event tells of it.
@@ -1889,7 +1892,7 @@ red_status red_scheduler_poll_on(red_scheduler *scheduler,
                                  red_action *action);
 
 /**
- * A unit ended: all its members complete, and what follows them may start.
+ * A unit ended: all its members complete, and what follows them may start. Time goes on whatever is answered.
  *
  * Threads: one at a time on a scheduler. Real time: yes. Time: O(successors + log jobs); with encoders O(jobs * encoders).
  * Errors: RED_STATUS_STALE, RED_STATUS_NOT_RUNNING; RED_STATUS_LATE: its lane is free all the same.
@@ -1910,7 +1913,7 @@ red_status red_scheduler_complete_and_poll(red_scheduler *scheduler,
                                            red_action *action);
 
 /**
- * A unit failed: the jobs of all its members are given up with the reason RED_SHED_FAULT.
+ * A unit failed: the jobs of all its members are given up with the reason RED_SHED_FAULT. Time goes on whatever is answered.
  *
  * Threads: one at a time on a scheduler. Real time: yes. Time: O(jobs * nodes). Errors: as red_scheduler_complete.
  */
@@ -1991,7 +1994,7 @@ red_status red_scheduler_unit(const red_scheduler *scheduler,
  * The members of a unit that runs: one, or the encoders that share one execution. Up to `room` into `members`, and how many
  * there are into `count`. If they are more than `room`, only `count` is written.
  *
- * Threads: any, while nobody changes the scheduler. Real time: yes, with 16 KiB of stack. Time: O(jobs * nodes). Errors:
+ * Threads: any, while nobody changes the scheduler. Real time: yes. Time: O(jobs * nodes). Errors:
  * RED_STATUS_NOT_RUNNING, RED_STATUS_TOO_SHORT.
  */
 red_status red_scheduler_members(const red_scheduler *scheduler,

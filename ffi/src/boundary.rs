@@ -247,17 +247,35 @@ impl<T: Plain> Room<T> {
 
     /// Writes those that find room, all or nothing: if there are more, only how many.
     pub(crate) fn fill(self, values: impl Iterator<Item = T> + Clone) -> red_status {
-        let count = values.clone().count();
-        // SAFETY: C says that it may be written; it is not NULL and aligned.
-        unsafe { self.count.write(count) };
-        if count > self.room {
-            return red_status::TooShort;
-        }
-        for (i, value) in values.enumerate() {
-            // SAFETY: C says that `room` of them may be written, and `i` is below that.
-            unsafe { self.to.wrapping_add(i).write(value) };
+        match self.begin(values.clone().count()) {
+            Ok(mut filling) => values.for_each(|value| filling.put(value)),
+            Err(status) => return status,
         }
         red_status::Ok
+    }
+
+    /// As [`Self::fill`], for so many that come one by one.
+    pub(crate) fn begin(self, count: usize) -> Result<Filling<T>, red_status> {
+        // SAFETY: C says that it may be written; it is not NULL and aligned.
+        unsafe { self.count.write(count) };
+        if count > self.room { Err(red_status::TooShort) } else { Ok(Filling { to: self.to, left: count }) }
+    }
+}
+
+/// Room for so many more.
+pub(crate) struct Filling<T> {
+    to: *mut T,
+    left: usize,
+}
+
+impl<T: Plain> Filling<T> {
+    /// The next one; there are no more than were counted.
+    pub(crate) fn put(&mut self, value: T) {
+        if self.left > 0 {
+            // SAFETY: C says that as many of them may be written as there is room for, of which `left` are.
+            unsafe { self.to.write(value) };
+            (self.to, self.left) = (self.to.wrapping_add(1), self.left - 1);
+        }
     }
 }
 

@@ -207,7 +207,7 @@ impl red_config {
             return Err(red_status::OutOfRange);
         }
         Ok(Config {
-            lanes: narrow(self.lanes)?,
+            lanes: u8::try_from(self.lanes).map_err(|_| red_status::PoolsFull)?,
             memory: bytes(self.memory_bytes),
             rule: rule(self.rule)?,
             gate: one_of(self.gate, &[Gate::Precedence, Gate::Level])?,

@@ -89,8 +89,9 @@ pub extern "C" fn red_dag_close(dag: *mut red_dag) -> red_status {
 /// Adds a node; nodes are numbered from 0.
 ///
 /// Threads: one at a time on a graph. Real time: yes. Time: O(nodes). Errors: RED_STATUS_NODES_FULL,
-/// RED_STATUS_WORK_OVERFLOW, RED_STATUS_OUT_OF_RANGE: role, atomic, weights or frame, or contention without atomic.
-/// RED_STATUS_UNKNOWN_POOL, RED_STATUS_UNKNOWN_SENSOR: a number that none can have.
+/// RED_STATUS_WORK_OVERFLOW, RED_STATUS_OUT_OF_RANGE: role, atomic, weights or frame, or contention without atomic,
+/// RED_STATUS_UNKNOWN_POOL: the class has none of this number, RED_STATUS_UNKNOWN_SENSOR: a number above 255; whether the
+/// scheduler has them is for it to say.
 #[unsafe(no_mangle)]
 pub extern "C" fn red_dag_add_node(dag: *mut red_dag, node: *const red_node, number: *mut u32) -> red_status {
     change(dag, |graph| {

@@ -3,8 +3,8 @@
 use crate::status::red_status;
 use core::any::Any;
 use red_core::{
-    Bytes, Capacity, Certificate, Dag, DeadlineRule, Duration, EdgeError, Levels, Node, NodeError, NodeId,
-    RefineError, SubDeadlines, refine, response_time, shares,
+    Bytes, Capacity, Certificate, Dag, DeadlineRule, Duration, EdgeError, Levels, Node, NodeId, RefineError,
+    SubDeadlines, refine, response_time, shares,
 };
 
 /// Nodes of the largest class.
@@ -40,10 +40,15 @@ pub(crate) struct Share {
 /// A graph behind a handle.
 pub(crate) type AnyGraph = dyn Graph;
 
+/// A node whose pool the class has: bounds and shares are by pool, and a schedule could not be.
+fn of_class<C: Capacity>(node: Node) -> Result<Node, red_status> {
+    if node.pool().index() < C::POOLS { Ok(node) } else { Err(red_status::UnknownPool) }
+}
+
 /// The calls of a [`Dag`], whatever its capacity is.
 pub(crate) trait Graph {
     fn any(&self) -> &dyn Any;
-    fn add_node(&mut self, node: Node) -> Result<NodeId, NodeError>;
+    fn add_node(&mut self, node: Node) -> Result<NodeId, red_status>;
     fn add_edge(&mut self, from: NodeId, to: NodeId) -> Result<(), EdgeError>;
     fn remove_node(&mut self, node: NodeId) -> bool;
     fn remove_edge(&mut self, from: NodeId, to: NodeId) -> bool;
@@ -67,8 +72,8 @@ impl<C: Capacity> Graph for Dag<C> {
         self
     }
 
-    fn add_node(&mut self, node: Node) -> Result<NodeId, NodeError> {
-        Self::add_node(self, node)
+    fn add_node(&mut self, node: Node) -> Result<NodeId, red_status> {
+        Ok(Self::add_node(self, of_class::<C>(node)?)?)
     }
 
     fn add_edge(&mut self, from: NodeId, to: NodeId) -> Result<(), EdgeError> {
@@ -93,10 +98,11 @@ impl<C: Capacity> Graph for Dag<C> {
         let count = decoders.len();
         let room = parts.as_mut().get_mut(..count).ok_or(red_status::NodesFull)?;
         for (part, decoder) in room.iter_mut().zip(decoders) {
-            *part = decoder?;
+            *part = of_class::<C>(decoder?)?;
         }
-        let refined = refine(self, stage, encoder, parts.as_ref().get(..count).unwrap_or_default())
-            .map_err(<red_status as From<RefineError>>::from)?;
+        let refined =
+            refine(self, stage, of_class::<C>(encoder)?, parts.as_ref().get(..count).unwrap_or_default())
+                .map_err(<red_status as From<RefineError>>::from)?;
         *self = refined.dag;
         Ok(refined.encoder)
     }

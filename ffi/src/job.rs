@@ -22,7 +22,8 @@ pub(crate) fn run(
     }
 }
 
-/// Releases a job of a task now.
+/// Releases a job of a task now. A job that finds no place has its index and its event all the same, and time goes on
+/// whatever is answered.
 ///
 /// Threads: one at a time on a scheduler. Real time: yes. Time: O(nodes). Errors: RED_STATUS_UNKNOWN_TASK,
 /// RED_STATUS_TIME_OVERFLOW, RED_STATUS_JOBS_FULL: the job's index is used up, and an event tells of it.
@@ -37,7 +38,8 @@ pub extern "C" fn red_scheduler_release(
 }
 
 /// Releases a job whose release was at `release_ns`, for hosts that learn of it later. `capture` is the number of the frame
-/// that it reads; RED_NONE_64: by the sensors' periods, and one of its own where a frame has no sensor.
+/// that it reads; RED_NONE_64: by the sensors' periods, and one of its own where a frame has no sensor. Else as
+/// red_scheduler_release.
 ///
 /// Threads: one at a time on a scheduler. Real time: yes. Time: O(nodes). Errors: RED_STATUS_UNKNOWN_TASK,
 /// RED_STATUS_TIME_OVERFLOW, RED_STATUS_JOBS_FULL: the job's index is used up, and an event tells of it.
@@ -80,7 +82,7 @@ pub extern "C" fn red_scheduler_poll_on(
     run(scheduler, |machine| machine.poll_on(lane_number, now_ns, action))
 }
 
-/// A unit ended: all its members complete, and what follows them may start.
+/// A unit ended: all its members complete, and what follows them may start. Time goes on whatever is answered.
 ///
 /// Threads: one at a time on a scheduler. Real time: yes. Time: O(successors + log jobs); with encoders O(jobs * encoders).
 /// Errors: RED_STATUS_STALE, RED_STATUS_NOT_RUNNING; RED_STATUS_LATE: its lane is free all the same.
@@ -107,7 +109,7 @@ pub extern "C" fn red_scheduler_complete_and_poll(
     run(scheduler, |machine| machine.complete_and_poll(unit, now_ns, action))
 }
 
-/// A unit failed: the jobs of all its members are given up with the reason RED_SHED_FAULT.
+/// A unit failed: the jobs of all its members are given up with the reason RED_SHED_FAULT. Time goes on whatever is answered.
 ///
 /// Threads: one at a time on a scheduler. Real time: yes. Time: O(jobs * nodes). Errors: as red_scheduler_complete.
 #[unsafe(no_mangle)]

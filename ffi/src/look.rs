@@ -11,9 +11,6 @@ use crate::status::red_status;
 use crate::values::{RED_NONE_64, red_scheduler};
 use red_core::{Duration, Empty, Instant, TaskId, UnitId};
 
-/// Members of a unit at most: one for each job in flight, and each of its encoders.
-const MOST_MEMBERS: usize = 256;
-
 /// When red_scheduler_poll is to be called even if nothing happens; RED_NONE_64: not before something does. Any call may
 /// change it.
 ///
@@ -45,7 +42,7 @@ pub extern "C" fn red_scheduler_unit(
 /// The members of a unit that runs: one, or the encoders that share one execution. Up to `room` into `members`, and how many
 /// there are into `count`. If they are more than `room`, only `count` is written.
 ///
-/// Threads: any, while nobody changes the scheduler. Real time: yes, with 16 KiB of stack. Time: O(jobs * nodes). Errors:
+/// Threads: any, while nobody changes the scheduler. Real time: yes. Time: O(jobs * nodes). Errors:
 /// RED_STATUS_NOT_RUNNING, RED_STATUS_TOO_SHORT.
 #[unsafe(no_mangle)]
 pub extern "C" fn red_scheduler_members(
@@ -57,17 +54,14 @@ pub extern "C" fn red_scheduler_members(
 ) -> red_status {
     look(scheduler, |machine| {
         let out = Room::of(members, room, count)?;
-        let (mut found, mut len) = ([red_member::EMPTY; MOST_MEMBERS], 0);
-        machine.members(UnitId::from_bits(unit), &mut |member| {
-            if let Some(free) = found.get_mut(len) {
-                *free = member.into();
-                len += 1;
-            }
-        });
-        if len == 0 {
+        let (unit, mut count) = (UnitId::from_bits(unit), 0);
+        machine.members(unit, &mut |_| count += 1);
+        if count == 0 {
             return Err(red_status::NotRunning);
         }
-        Ok(out.fill(found.into_iter().take(len)))
+        let mut filling = out.begin(count)?;
+        machine.members(unit, &mut |member| filling.put(member.into()));
+        Ok(red_status::Ok)
     })
 }
 
@@ -141,3 +135,6 @@ pub extern "C" fn red_scheduler_take_events(
 ) -> red_status {
     run(scheduler, |machine| machine.take_events(events, room, count))
 }
+
+#[cfg(test)]
+mod tests;

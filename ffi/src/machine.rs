@@ -158,6 +158,9 @@ impl<C: Capacity> Loop for Shared<C> {
     extern "C" fn poll_on(&self, lane: u32, now_ns: u64, action: *mut red_action) -> red_status {
         flat(self.enter().and_then(|mut host| {
             let (lane, out) = (lane_id(lane)?, Out::of(action)?);
+            if lane.index() >= host.scheduler.lanes() {
+                return Err(red_status::UnknownLane);
+            }
             put(host.calls().poll_on(lane, Instant::from_nanos(now_ns)), out);
             Ok(red_status::Ok)
         }))

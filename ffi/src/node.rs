@@ -116,7 +116,7 @@ impl red_node {
     }
 }
 
-/// A pool of this number; whether it exists is for the scheduler to say.
+/// A pool of this number; whether it exists is for the class and the scheduler to say.
 pub(crate) fn pool(number: u32) -> Result<PoolId, red_status> {
     u8::try_from(number).map(PoolId::new).map_err(|_| red_status::UnknownPool)
 }

@@ -181,7 +181,7 @@ impl<C: Capacity> Scheduler<C> {
         let retired = pool.lanes >> l & 1 == 0;
         pool.lanes |= 1 << l;
         pool.free |= u32::from(retired) << l;
-        self.active |= 1 << self.lanes[l].pool;
+        self.active |= u32::from(retired) << self.lanes[l].pool;
         retired
     }
 
