@@ -72,6 +72,8 @@ pub(crate) const CALLS: &[Call] = calls! {
     red_scheduler_job(w; w.scheduler, w.number) |p| (at(p[0]), w.task, 0, at(p[1]));
     red_scheduler_executions(w; w.scheduler, w.executions) |p| (at(p[0]), w.task, 0, at(p[1]));
     red_scheduler_figures(w; w.scheduler, w.figures) |p| (at(p[0]), at(p[1]));
+    red_runtime_open(w; w.config, w.runtime_config, w.opened_runtime) |p| (at(p[0]), at(p[1]), at(p[2]));
+    red_runtime_now(w; w.wide) |p| (at(p[0]));
     red_scheduler_take_events(w; w.scheduler, w.events, w.count) |p| (at(p[0]), at(p[1]), 16, at(p[2]));
 };
 
@@ -123,7 +125,6 @@ fn logging(w: &mut World) {
 const LARGE: usize = RED_DAG_16X256X64_BYTES;
 
 pub(crate) const RUNTIME: &[Call] = on_runtime! {
-    red_runtime_open(w; (); w.config, w.runtime_config, w.opened_runtime) |p| (at(p[0]), at(p[1]), at(p[2]));
     red_runtime_close(w; w.open_runtime(); w.runtime) |p| (at(p[0]));
     red_runtime_state_of(w; w.open_runtime(); w.runtime, w.number) |p| (at(p[0]), at(p[1]));
     red_runtime_message(w; w.open_runtime(); w.runtime, w.text, w.count) |p| (at(p[0]), at(p[1]), 512, at(p[2]));
@@ -135,7 +136,6 @@ pub(crate) const RUNTIME: &[Call] = on_runtime! {
     red_runtime_record(w; { w.open_empty_runtime(); named(w) }; w.runtime, w.path) |p| (at(p[0]), at(p[1]));
     red_record_begin(w; logged(w); w.scheduler, w.path) |p| (at(p[0]), at(p[1]));
     red_record_end(w; logging(w); w.scheduler, w.wide) |p| (at(p[0]), 1, at(p[1]));
-    red_runtime_now(w; (); w.wide) |p| (at(p[0]));
     red_runtime_add_task(w; w.open_runtime(); w.runtime, w.large, w.callbacks, w.timing, w.number)
         |p| (at(p[0]), at(p[1]), at(p[2]), 2, at(p[3]), at(p[4]));
     red_runtime_remove_task(w; w.start_runtime(); w.runtime) |p| (at(p[0]), w.task);
