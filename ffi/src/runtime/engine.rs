@@ -8,6 +8,7 @@ use super::bodies::{Bodies, Calls, is_in_body};
 use super::fork;
 use super::notes::{Notes, Teller};
 use super::report::red_report;
+use super::text;
 use super::values::{red_mode, red_runtime_config};
 use crate::handles::{self, Object};
 use crate::status::red_status;
@@ -222,7 +223,7 @@ impl Engine {
         let thread = std::thread::Builder::new().name("red-run".to_owned()).stack_size(STACK).spawn(run);
         let Ok(thread) = thread else {
             *state =
-                State::Failed(red_status::System, "no thread can be started; raise ulimit -u".to_owned());
+                State::Failed(red_status::System, "no thread can be started; fix: raise ulimit -u".to_owned());
             return Err(red_status::System);
         };
         match told.recv() {
@@ -277,7 +278,7 @@ impl Engine {
             SetupError::Preempts => red_status::Preempts,
             _ => red_status::System,
         };
-        *state = State::Failed(status, error.to_string());
+        *state = State::Failed(status, text::for_this_program(&error.to_string()));
         status
     }
 
