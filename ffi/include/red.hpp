@@ -15,11 +15,13 @@
 //     const auto task = scheduler->add_task(*dag, red::Timing::sporadic(50ms).every(50ms));
 //     if (const auto status = red::first_error(edges, task); !status) return give_up(status.text());
 //
-// Memory is yours and outlives what is opened in it. Handles (Dag, Scheduler) are moved, not copied, and closed by their
+// A Runtime is a scheduler with lanes, threads that call your functions; it needs Linux and red::runtime. Memory is yours and
+// outlives what is opened in it. Handles (Dag, Scheduler, Runtime) are moved, not copied, and closed by their
 // destructors. Times are std::chrono. What threads may do, and what is real time, is said in red.h for each call.
 #ifndef RED_HPP
 #define RED_HPP
 
+#include "red/runtime.hpp"
 #include "red/scheduler.hpp"
 
 #endif

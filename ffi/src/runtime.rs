@@ -28,3 +28,8 @@ pub use run::*;
 pub use set_up::*;
 pub use tasks::*;
 pub use values::*;
+
+/// Counts what lanes allocate outside of bodies, for red_report.
+#[cfg(feature = "counts")]
+#[global_allocator]
+static ALLOCATOR: red_rt::allocations::CountingAllocator = red_rt::allocations::CountingAllocator;

@@ -32,6 +32,7 @@ private:
     friend class Scheduler;
     red_outcome c_{};
 };
+static_assert(sizeof(Outcome) == sizeof(red_outcome) && std::is_standard_layout_v<Outcome>, "an array is one of C's");
 
 /// A unit that starts on its lane, or loses it.
 struct Dispatch {

@@ -150,6 +150,7 @@ public:
     }
 
 private:
+    friend class Runtime;
     friend class Scheduler;
     template <class T>
     static Result<Span<const T>> filled(Status status, Span<T> room, std::size_t count) noexcept {

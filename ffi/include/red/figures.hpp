@@ -39,6 +39,7 @@ public:
     [[nodiscard]] const red_figures &c() const noexcept { return c_; }
 
 private:
+    friend class Runtime;
     friend class Scheduler;
     red_figures c_{};
 };

@@ -87,6 +87,7 @@ public:
 
 private:
     friend class Dag;
+    friend class Runtime;
     friend class Scheduler;
     red_certificate c_{};
 };

@@ -106,6 +106,28 @@ enum class EventKind : std::uint32_t {
     Evicted = RED_EVENT_KIND_EVICTED,
 };
 
+/// How the lanes of a runtime run.
+enum class Mode : std::uint32_t {
+    RealTime = RED_MODE_REAL_TIME,
+    BestEffort = RED_MODE_BEST_EFFORT,
+};
+
+/// Where a runtime is.
+enum class RuntimeState : std::uint32_t {
+    SetUp = RED_RUNTIME_STATE_SET_UP,
+    Running = RED_RUNTIME_STATE_RUNNING,
+    Ended = RED_RUNTIME_STATE_ENDED,
+    Failed = RED_RUNTIME_STATE_FAILED,
+};
+
+/// Why a run ended itself.
+enum class Surrender : std::uint32_t {
+    No = RED_SURRENDER_NO,
+    NoLane = RED_SURRENDER_NO_LANE,
+    CpuGone = RED_SURRENDER_CPU_GONE,
+    Other = RED_SURRENDER_OTHER,
+};
+
 } // namespace red
 
 #endif

@@ -8,6 +8,7 @@ use super::bodies::{Bodies, Calls, is_in_body};
 use super::fork;
 use super::notes::{Notes, Teller};
 use super::report::red_report;
+use super::text;
 use super::values::{red_mode, red_runtime_config};
 use crate::handles::{self, Object};
 use crate::status::red_status;
@@ -63,6 +64,8 @@ pub(crate) enum State {
 
 /// What a thread of the run leaves.
 struct Shared {
+    /// The running lanes. Set before any of them calls a body, which may release and stop.
+    control: OnceLock<Arc<dyn Control<Large>>>,
     state: Mutex<State>,
     ended: Condvar,
 }
@@ -72,7 +75,6 @@ pub(crate) struct Engine {
     pub(crate) config: red_runtime_config,
     pub(crate) notes: Arc<Notes>,
     pub(crate) bodies: Arc<Bodies>,
-    control: OnceLock<Arc<dyn Control<Large>>>,
     shared: Arc<Shared>,
     /// Sensors that were added; graphs are checked against it before they reach the scheduler.
     pub(crate) sensors: core::sync::atomic::AtomicUsize,
@@ -110,8 +112,8 @@ impl Engine {
             config,
             notes: Notes::new(),
             bodies: Bodies::new(),
-            control: OnceLock::new(),
             shared: Arc::new(Shared {
+                control: OnceLock::new(),
                 state: Mutex::new(State::SetUp(Box::new(set_up))),
                 ended: Condvar::new(),
             }),
@@ -164,7 +166,7 @@ impl Engine {
 
     /// The running lanes.
     pub(crate) fn control(&self) -> Result<&dyn Control<Large>, red_status> {
-        self.control.get().map(AsRef::as_ref).ok_or(red_status::Idle)
+        self.shared.control.get().map(AsRef::as_ref).ok_or(red_status::Idle)
     }
 
     /// Has something done by the next lane, under the scheduler's lock.
@@ -194,7 +196,7 @@ impl Engine {
         &self,
         mut what: impl FnMut(&mut Recorder<'_, Large>, Instant) -> R + Send + 'static,
     ) -> Result<R, red_status> {
-        if self.control.get().is_some() {
+        if self.shared.control.get().is_some() {
             return self.ask(what);
         }
         self.set_up(|set_up| Ok(what(&mut set_up.calls(), Instant::ZERO)))
@@ -221,12 +223,11 @@ impl Engine {
         let thread = std::thread::Builder::new().name("red-run".to_owned()).stack_size(STACK).spawn(run);
         let Ok(thread) = thread else {
             *state =
-                State::Failed(red_status::System, "no thread can be started; raise ulimit -u".to_owned());
+                State::Failed(red_status::System, "no thread can be started; fix: raise ulimit -u".to_owned());
             return Err(red_status::System);
         };
         match told.recv() {
-            Ok(Ok(control)) => {
-                let _first = self.control.set(control);
+            Ok(Ok(())) => {
                 *state = State::Running(thread);
                 Ok(())
             }
@@ -277,13 +278,13 @@ impl Engine {
             SetupError::Preempts => red_status::Preempts,
             _ => red_status::System,
         };
-        *state = State::Failed(status, error.to_string());
+        *state = State::Failed(status, text::for_this_program(&error.to_string()));
         status
     }
 
     /// Asks the lanes to end; any thread, also a body or a signal handler.
     pub(crate) fn stop(&self) {
-        if let Some(control) = self.control.get() {
+        if let Some(control) = self.shared.control.get() {
             control.stop();
         }
     }
@@ -315,12 +316,13 @@ fn run_to_the_end(
     writer: Option<Writer>,
     notes: Arc<Notes>,
     shared: &Shared,
-    tell: &Sender<Result<Arc<dyn Control<Large>>, SetupError>>,
+    tell: &Sender<Result<(), SetupError>>,
 ) {
     let origin = notes.clone();
     let started = |control: Arc<dyn Control<Large>>| {
         origin.origin_ns.store(control.origin_ns(), core::sync::atomic::Ordering::Relaxed);
-        let _told = tell.send(Ok(control));
+        let _first = shared.control.set(control);
+        let _told = tell.send(Ok(()));
     };
     let ran: Result<RunReport, SetupError> =
         run(setup, Teller(notes), started, |_now_ns| ()).map(|(_host, report)| report);

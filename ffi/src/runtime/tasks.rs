@@ -78,15 +78,24 @@ impl Given {
     ) -> Result<Certificate, red_status> {
         let (task, _) = self.dag.origin();
         for node in self.dag.nodes() {
-            match (scheduler.task_node(task, node).is_some(), self.has(node)) {
-                (false, false) => return Err(red_status::NoBody),
-                (true, true) => return Err(red_status::HasBody),
-                _ => {}
-            }
+            let wrong = match (scheduler.task_node(task, node).is_some(), self.has(node)) {
+                (false, false) => red_status::NoBody,
+                (true, true) => red_status::HasBody,
+                _ => continue,
+            };
+            return Err(self.left_behind(scheduler).unwrap_or(wrong));
         }
         let proof = scheduler.commit(&self.dag, now)?;
         bodies.set(task, &self.callbacks);
         Ok(proof)
+    }
+
+    /// Which nodes are new says nothing where the edit is of a graph that is no more.
+    fn left_behind(&self, scheduler: &Recorder<'_, Large>) -> Option<red_status> {
+        match (**scheduler).edit(self.dag.origin().0) {
+            None => Some(red_status::UnknownTask),
+            Some(newest) => (newest.origin() != self.dag.origin()).then_some(red_status::Conflict),
+        }
     }
 }
 

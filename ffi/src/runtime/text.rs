@@ -1,5 +1,5 @@
 #![allow(unsafe_code, reason = "text that C gives")]
-//! Text from C.
+//! Text from C, and for it.
 
 use crate::status::red_status;
 use core::ffi::c_char;
@@ -22,4 +22,19 @@ pub(crate) fn take(from: *const c_char) -> Result<String, red_status> {
         bytes.push(byte);
     }
     Err(red_status::Text)
+}
+
+/// How a fix names the program where nothing is known about its place.
+const COMMAND: &str = "$(which redrt)";
+
+/// A message whose fixes go for the program that runs.
+pub(crate) fn for_this_program(message: &str) -> String {
+    let path = std::env::current_exe().ok().and_then(|path| path.into_os_string().into_string().ok());
+    match path.filter(|path| !path.contains(char::is_control)) {
+        // As a shell takes it. A new file has none of the rights of the old one.
+        Some(path) => {
+            message.replace(COMMAND, &format!("'{}' (a rebuild loses it)", path.replace('\'', r"'\''")))
+        }
+        None => message.replace(COMMAND, "PROGRAM"),
+    }
 }

@@ -102,13 +102,3 @@ red_action poll(red_scheduler *scheduler, uint64_t now_ns, uint32_t kind) {
     EXPECT(action.kind == kind);
     return action;
 }
-
-int main(void) {
-    test_config();
-    test_graph();
-    test_handles();
-    test_pointers();
-    test_tasks();
-    test_loop();
-    return report();
-}

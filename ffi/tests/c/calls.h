@@ -19,6 +19,16 @@
 #define CALLED(function) called(__FILE__, __LINE__, #function, RED_OK, RED_OK)
 #define EXPECT(condition) expected(__FILE__, __LINE__, #condition, condition)
 
+/* Both wrong pointers in the place of one. `X` is where it goes. */
+#define WRONG(type, function, ...) \
+    do { \
+        _Alignas(8) static unsigned char odd[512]; \
+        type *X = NULL; \
+        CALL(RED_STATUS_NULL_POINTER, function, __VA_ARGS__); \
+        X = (type *)(void *)(odd + 1); \
+        CALL(RED_STATUS_MISALIGNED, function, __VA_ARGS__); \
+    } while (0)
+
 void called(const char *file, int line, const char *function, red_status expected, red_status got);
 void expected(const char *file, int line, const char *what, bool holds);
 /* Prints every pair of function and status; what main returns. */

@@ -4,16 +4,6 @@
 static struct small_memory memory;
 static struct small_dag_memory dag_memory, edit_memory;
 
-/* Both wrong pointers in the place of one. `X` is where it goes. */
-#define WRONG(type, function, ...) \
-    do { \
-        _Alignas(8) static unsigned char odd[512]; \
-        type *X = NULL; \
-        CALL(RED_STATUS_NULL_POINTER, function, __VA_ARGS__); \
-        X = (type *)(void *)(odd + 1); \
-        CALL(RED_STATUS_MISALIGNED, function, __VA_ARGS__); \
-    } while (0)
-
 static red_dag dag;
 static red_scheduler scheduler;
 
