@@ -102,7 +102,8 @@ pub enum AskError {
     Over,
     /// The errand panicked with these words, and may be half done. Its author erred.
     Panicked(String),
-    /// The thread of a lane was killed in the middle of the errand. The scheduler's lock went with it: end the process.
+    /// The thread of a lane was killed in the middle of the errand. The scheduler's lock went with it: end the process,
+    /// where the C library has not done so, which lets nobody wait for a lock of the dead.
     Lost,
 }
 

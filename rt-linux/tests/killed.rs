@@ -58,7 +58,8 @@ fn killed() {
     assert!(report.threads_died > 0 && report.lanes_lost == 0, "{report:?}");
     println!("{done} errands beside {} deaths that were found", report.threads_died);
 
-    let run = Run::start(setup(2, false, |_: &Work| ()), |_| ());
+    // One lane: glibc ends a process where somebody waited for a lock whose holder died.
+    let run = Run::start(setup(1, false, |_: &Work| ()), |_| ());
     run.control.release(run.task, None).expect("the run goes on");
     let (told, answers) = mpsc::channel();
     let asks = |errand: Errand<_>| {

@@ -100,12 +100,12 @@ fn row_30_a_panic_in_a_body_fails_its_job_and_never_unwinds_into_c() {
     assert!(err.contains("into C") && err.contains("cannot unwind"), "{err}");
 }
 
-/// A run, and the task that is released there.
-type Running = (Arc<dyn Control<TwoLanes>>, TaskId);
+/// A run and its task, once it has started.
+type Running = Arc<OnceLock<(Arc<dyn Control<TwoLanes>>, TaskId)>>;
 
 /// A host that releases and edits from inside of its callbacks, under the scheduler's lock.
 struct Reenters {
-    control: Arc<OnceLock<Running>>,
+    control: Running,
     released: u64,
     refused: u64,
     ended: u64,
@@ -149,7 +149,7 @@ impl Host<TwoLanes> for Reenters {
 
 #[test]
 fn row_32_a_callback_may_call_back_and_is_told_what_is_busy() {
-    let control: Arc<OnceLock<Running>> = Arc::default();
+    let control: Running = Arc::default();
     let (told, of_bodies) = (control.clone(), Arc::new(AtomicU64::new(0)));
     let (from_body, counted) = (control.clone(), of_bodies.clone());
     let body = move |_lane: usize, work: &Work| {
