@@ -36,7 +36,7 @@ impl Layer {
     pub(crate) const fn features(self) -> &'static [&'static str] {
         match self {
             Self::Core => &["--no-default-features"],
-            Self::All => &[],
+            Self::All => &["--features", "counts"],
         }
     }
 
