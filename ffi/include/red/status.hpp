@@ -61,7 +61,8 @@ public:
     /// The value; only if ok(). A debug build asserts that.
     [[nodiscard]] constexpr const T &value() const & noexcept { return RED_ASSERT(ok()), value_; }
     [[nodiscard]] constexpr T &value() & noexcept { return RED_ASSERT(ok()), value_; }
-    [[nodiscard]] constexpr T &&value() && noexcept { return RED_ASSERT(ok()), std::move(value_); }
+    /// Of an answer that goes away, moved out of it: `for (const auto &event : runtime.take_events(room).value())` is right.
+    [[nodiscard]] constexpr T value() && noexcept { return RED_ASSERT(ok()), std::move(value_); }
     /// The value, or this one.
     [[nodiscard]] constexpr T value_or(T other) const & noexcept { return ok() ? value_ : std::move(other); }
     [[nodiscard]] constexpr T value_or(T other) && noexcept { return ok() ? std::move(value_) : std::move(other); }
@@ -69,7 +70,7 @@ public:
     /// The value, or what stands for none.
     [[nodiscard]] constexpr const T &operator*() const & noexcept { return value_; }
     [[nodiscard]] constexpr T &operator*() & noexcept { return value_; }
-    [[nodiscard]] constexpr T &&operator*() && noexcept { return std::move(value_); }
+    [[nodiscard]] constexpr T operator*() && noexcept { return std::move(value_); }
     [[nodiscard]] constexpr const T *operator->() const noexcept { return &value_; }
     [[nodiscard]] constexpr T *operator->() noexcept { return &value_; }
 

@@ -31,7 +31,7 @@ use std::thread::JoinHandle;
 const FOR_EVER_NS: u64 = 1 << 62;
 
 /// The scheduler is moved to where lanes share it, and by an unoptimised build over the stack.
-const STACK: usize = if cfg!(debug_assertions) { 32 << 20 } else { 4 << 20 };
+const STACK: usize = if cfg!(debug_assertions) { 32 << 20 } else { 8 << 20 };
 
 /// What is started.
 pub(crate) struct SetUp {
@@ -222,8 +222,10 @@ impl Engine {
         let run = move || run_to_the_end(setup, writer, notes, &shared, &tell);
         let thread = std::thread::Builder::new().name("red-run".to_owned()).stack_size(STACK).spawn(run);
         let Ok(thread) = thread else {
-            *state =
-                State::Failed(red_status::System, "no thread can be started; fix: raise ulimit -u".to_owned());
+            *state = State::Failed(
+                red_status::System,
+                "no thread can be started; fix: raise ulimit -u".to_owned(),
+            );
             return Err(red_status::System);
         };
         match told.recv() {

@@ -11,7 +11,7 @@ using red::Runtime;
 red::DagMemory<Runtime::Caps> memory, edit_memory;
 
 Runtime opened(std::uint32_t lanes = 1) {
-    return std::move(*Runtime::open(red::Config::redrt().lanes(lanes), red::RuntimeConfig::best_effort()));
+    return *Runtime::open(red::Config::redrt().lanes(lanes), red::RuntimeConfig::best_effort());
 }
 
 int ran;
