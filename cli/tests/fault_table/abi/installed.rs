@@ -1,4 +1,4 @@
-//! Row 49: the library as it is installed, twice in one process.
+//! Rows 31 and 49: the library as it is installed.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -50,4 +50,15 @@ fn row_49_two_copies_of_the_library_keep_their_handles_apart() {
         assert_eq!(answers, expected, "{said}");
         assert!(said.starts_with("versions: 1 and 1"), "{said}");
     }
+}
+
+#[test]
+fn row_31_an_exception_out_of_a_body_is_caught_and_fails_its_job() {
+    let archive = prefix().join("lib/libred.a");
+    let archive = archive.to_str().expect("a name in UTF-8");
+    let link = ["-std=c++17", archive, "-lpthread", "-ldl", "-lm", "-lgcc_s"];
+    let (said, ended_well) = said_by("g++", "throws.cpp", &link, &[]);
+    // Every other job is given up with the reason `fault`; the body that would wait for its own lane is told `Busy`.
+    let expected = "released 10, on time 5, shed 5, threw 5\nfrom the body: 11 11 11\nfaults 5\n";
+    assert!(ended_well && said == expected, "{said}");
 }
