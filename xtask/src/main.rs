@@ -23,6 +23,7 @@ macro_rules! complain {
 
 mod aarch64;
 mod abi;
+mod abi_traces;
 mod clients;
 mod copy;
 mod cortex_m;
@@ -65,6 +66,9 @@ usage: cargo xtask TASK
   faults            the fault table: each row's test is run, and the table printed
   traces [--count N]
                     the same random workloads on every target, compared byte for byte; 100 unless told
+  abi-traces [--count N]
+                    the same random workloads by an executor in C++ over the C ABI, compared byte for byte; 1000
+                    unless told
   fuzz [TARGET] [--executions N]
                     random inputs for the readers and the calls; 1000000 each unless told
   mutants [--sample N] [--seed S]
@@ -108,6 +112,10 @@ fn main() -> ExitCode {
         ["traces", ref rest @ ..] => match traces::count(rest) {
             Some(count) => finish(traces::compare(&workspace, count)),
             None => refuse("traces takes nothing, or --count N"),
+        },
+        ["abi-traces", ref rest @ ..] => match abi_traces::count(rest) {
+            Some(count) => finish(abi_traces::compare(&workspace, count)),
+            None => refuse("abi-traces takes nothing, or --count N"),
         },
         ["fuzz", ref rest @ ..] => match fuzz::Wish::of(rest) {
             Ok(wish) => finish(fuzz::run(&workspace, &wish)),

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use crate::aarch64;
 use crate::abi;
+use crate::abi_traces;
 use crate::clients;
 use crate::cortex_m;
 use crate::cross::{self, CORTEX_M0, CORTEX_M4};
@@ -80,6 +81,11 @@ const STEPS: &[Step] = &[
         name: "aarch64",
         what: "the core's and the simulator's tests on AArch64, emulated",
         run: aarch64::step,
+    },
+    Step {
+        name: "abi-traces",
+        what: "an executor in C++ over the C ABI does what the core does, byte for byte",
+        run: abi_traces::step,
     },
     Step { name: "traces", what: "the same actions on every target, byte for byte", run: traces::step },
     Step { name: "cortex-m", what: "a firmware with embassy on an emulated Cortex-M4", run: cortex_m::step },

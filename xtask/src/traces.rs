@@ -121,7 +121,7 @@ impl Built<'_> {
 }
 
 /// The first line that is not the same, with those before it. `None`: there is none.
-fn first_difference(ours: &str, theirs: &str) -> Option<String> {
+pub(crate) fn first_difference(ours: &str, theirs: &str) -> Option<String> {
     let (mut left, mut right, mut before) = (ours.lines(), theirs.lines(), Vec::new());
     loop {
         let (our, their) = (left.next(), right.next());

@@ -41,14 +41,20 @@ pub(crate) struct Host {
 impl Host {
     pub(crate) fn new(seed: u64, order: Order) -> Self {
         let rng = &mut Rng::new(seed);
-        let mut scheduler = Scheduler::new(workload::config(seed, rng));
-        let common = workload::common(&mut scheduler, rng);
+        let config = workload::config(seed, rng);
+        let mut scheduler = Scheduler::new(config);
+        let common = workload::common(&config, rng);
+        for (lanes, memory) in common.pools.into_iter().flatten() {
+            let _pool = scheduler.add_pool(lanes, memory).expect("capacity for it");
+        }
+        let _sensor = common.sensor.map(|period| scheduler.add_sensor(period).expect("capacity for it"));
         let count = rng.within(1, TASKS as u64);
         let load = rng.within(60, 500) / count;
         let mut sources = [None; TASKS];
         for source in &mut sources[..count as usize] {
-            let (dag, timing, Arrival { offset_ns, period_ns }) = workload::task(&common, load, rng);
-            let task = scheduler.add_task(&dag, timing).expect("a random task is valid");
+            let (dag, terms, Arrival { offset_ns, period_ns }) =
+                workload::task(&common, load, rng, &mut |_| {});
+            let task = scheduler.add_task(&dag, terms.timing()).expect("a random task is valid");
             *source = Some(Source { task, period_ns, next_ns: offset_ns });
         }
         Self {

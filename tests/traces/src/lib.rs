@@ -9,7 +9,7 @@
 
 mod host;
 mod rng;
-mod workload;
+pub mod workload;
 
 pub use rng::Rng;
 
