@@ -87,8 +87,8 @@ private:
     Status status_{};
 };
 
-/// The first of several answers that is not OK, or OK: `first_error(edges, task)`. They are looked at from left to right; calls
-/// that are written here are made in no order that the language promises, so have the answers before where it matters.
+/// The first of several answers that is not OK, or OK: `first_error(dag.add_edge(a, b), dag.add_edge(b, c))`. Which of the
+/// calls is made first is the compiler's choice: where one has to follow another, give them names before.
 template <class... Answers>
 [[nodiscard]] constexpr Status first_error(const Answers &...answers) noexcept {
     Status first;
