@@ -41,17 +41,25 @@ struct Way {
 const GNU: [&str; 2] = ["gcc", "g++"];
 const CLANG: [&str; 2] = ["clang", "clang++"];
 
+/// Of the core alone.
+const CORE: &str = "-DRED_TARGET=red::core";
+
 /// Planted mistakes are among the tests, so that each tool is seen to be in.
 const WAYS: &[Way] = &[
     Way { name: "gnu", compilers: GNU, library: Library::Shipped, options: &[] },
-    Way { name: "clang", compilers: CLANG, library: Library::Shipped, options: &[] },
+    Way { name: "clang", compilers: CLANG, library: Library::Shipped, options: &[CORE] },
     Way {
         name: "sanitized",
         compilers: GNU,
         library: Library::Address,
-        options: &["-DRED_SANITIZE=address,undefined"],
+        options: &[CORE, "-DRED_SANITIZE=address,undefined"],
     },
-    Way { name: "valgrind", compilers: GNU, library: Library::Shipped, options: &["-DRED_VALGRIND=ON"] },
+    Way {
+        name: "valgrind",
+        compilers: GNU,
+        library: Library::Shipped,
+        options: &[CORE, "-DRED_VALGRIND=ON"],
+    },
 ];
 
 /// # Errors

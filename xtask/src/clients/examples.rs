@@ -11,7 +11,7 @@ use crate::tools;
 use crate::workspace::Workspace;
 
 /// Folders with a CMake project that runs itself as a test.
-const PROJECTS: &[&str] = &["cpp-cmake", "cpp-runtime"];
+const PROJECTS: &[&str] = &["cpp-cmake", "cpp-runtime", "ros2-executor"];
 
 /// Time is counted instructions: every run is the same.
 const TIME: [&str; 2] = ["-icount", "shift=5,sleep=off"];
