@@ -41,6 +41,7 @@ const UNSAFE: &[(&str, &str)] = &[
     ("rt-linux/src/allocations.rs", "a counting allocator"),
     ("ffi/src/boundary.rs", "follows pointers from C"),
     ("ffi/src/handles.rs", "objects in C's memory"),
+    ("ffi/src/guard.rs", "one call at a time on what callers share"),
     ("bodies/src/plugin.rs", "calls functions of shared objects"),
     ("bodies/src/clock.rs", "reads a thread's CPU clock"),
     ("bodies/examples/measure.rs", "a counting allocator"),
