@@ -53,6 +53,17 @@ public:
     /// Puts a retired lane back.
     Status restore_lane(LaneId lane) noexcept { return said(red_scheduler_restore_lane(&c_, lane.value())); }
 
+    /// Records every input from here on in a log, which `redrt replay` feeds to a scheduler again. Directly after open. Links
+    /// red::runtime.
+    Status record(const char *path) noexcept { return said(red_record_begin(&c_, path)); }
+    /// Ends the log, and waits until it is written: how many inputs found no room; 0: it is whole.
+    Result<std::uint64_t> end_record(Instant now) noexcept {
+        std::uint64_t dropped = 0;
+        const Status given = now.status();
+        const Status ended = given ? said(red_record_end(&c_, now.ns(), &dropped)) : given;
+        return ended ? Result<std::uint64_t>(dropped) : ended;
+    }
+
     // Tasks.
 
     /// Admits a task. The graph is copied.

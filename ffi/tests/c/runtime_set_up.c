@@ -2,8 +2,10 @@
 #define _GNU_SOURCE
 #include "runtime.h"
 
+#include <signal.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 static void opening(void) {
@@ -121,8 +123,48 @@ static void logs(void) {
     unlink(path);
 }
 
+/* Of a scheduler that is driven here. */
+static void own_logs(void) {
+    static struct small_memory memory;
+    red_scheduler scheduler = open_small(&memory, 1);
+    red_action action;
+    uint64_t dropped = 7;
+    uint32_t number;
+    CALL(RED_STATUS_IDLE, red_record_end, &scheduler, 1, &dropped);
+    CALL(RED_STATUS_TEXT, red_record_begin, &scheduler, "");
+    CALL(RED_STATUS_LOG_FILE, red_record_begin, &scheduler, "/no such folder/red.redlog");
+    char path[] = "red-test-XXXXXX";
+    const int file = mkstemp(path);
+    EXPECT(file >= 0);
+    CALL(RED_OK, red_record_begin, &scheduler, path);
+    CALL(RED_STATUS_LOG_LATE, red_record_begin, &scheduler, path);
+    CALL(RED_OK, red_scheduler_add_pool, &scheduler, 1, RED_NONE_64, &number);
+    CALL(RED_OK, red_scheduler_poll, &scheduler, 1, &action);
+    CALL(RED_OK, red_record_end, &scheduler, 2, &dropped);
+    EXPECT(dropped == 0 && lseek(file, 0, SEEK_END) > 100);
+    CALL(RED_STATUS_LOG_LATE, red_record_begin, &scheduler, path);
+    CALL(RED_OK, red_scheduler_close, &scheduler);
+
+    /* No room on the disk: of this process, a limit. */
+    scheduler = open_small(&memory, 1);
+    CALL(RED_OK, red_record_begin, &scheduler, path);
+    struct rlimit before, tight;
+    EXPECT(getrlimit(RLIMIT_FSIZE, &before) == 0);
+    tight = before;
+    tight.rlim_cur = 1;
+    signal(SIGXFSZ, SIG_IGN);
+    EXPECT(setrlimit(RLIMIT_FSIZE, &tight) == 0);
+    CALL(RED_OK, red_scheduler_poll, &scheduler, 1, &action);
+    CALL(RED_STATUS_LOG_FILE, red_record_end, &scheduler, 2, &dropped);
+    EXPECT(setrlimit(RLIMIT_FSIZE, &before) == 0);
+    CALL(RED_OK, red_scheduler_close, &scheduler);
+    close(file);
+    unlink(path);
+}
+
 void test_set_up(void) {
     opening();
     what_comes_before();
     logs();
+    own_logs();
 }

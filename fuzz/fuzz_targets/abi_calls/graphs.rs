@@ -48,7 +48,10 @@ impl World<'_> {
         let (start, size, count) = sites(kind, class, self.is_crowded());
         let overlaps = |at: usize, open: &Open| open.lent.start < at + size && at < open.lent.end;
         let site = |i: usize| start + i * size;
-        let free = (0..count).find(|i| !self.open.iter().any(|open| overlaps(site(*i), open)));
+        // Where many are open, the first ones are.
+        let likely = self.open.len().min(count);
+        let mut sites = (likely..count).chain(0..likely);
+        let free = sites.find(|i| !self.open.iter().any(|open| overlaps(site(*i), open)));
         let at = match free {
             Some(free) if self.careful || !self.choices.chance(20) => site(free),
             _ => site(self.choices.below(count)),

@@ -24,7 +24,7 @@ struct Running {
 
 pub(crate) struct Host<'a, C: Capacity> {
     pub(crate) script: &'a Script,
-    pub(crate) core: Scheduler<C>,
+    pub(crate) core: Box<Scheduler<C>>,
     pub(crate) out: &'a mut dyn Write,
     /// Lanes by pool, and sensors that were taken.
     pub(crate) lanes: Vec<u8>,
@@ -58,7 +58,7 @@ pub(crate) fn run<C: Capacity>(script: &Script, out: &mut dyn Write) -> io::Resu
     }
     let host = Host {
         script,
-        core: *core,
+        core,
         out,
         lanes,
         sensors,
@@ -69,11 +69,11 @@ pub(crate) fn run<C: Capacity>(script: &Script, out: &mut dyn Write) -> io::Resu
         happened: 0,
         now: 0,
     };
-    host.to_the_end()
+    host.play()
 }
 
 impl<C: Capacity> Host<'_, C> {
-    fn to_the_end(mut self) -> io::Result<()> {
+    fn play(mut self) -> io::Result<()> {
         for _ in 0..INSTANTS {
             let Some(now) = self.next() else { break };
             self.now = now;

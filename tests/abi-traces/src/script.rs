@@ -226,6 +226,13 @@ impl Drawing<'_> {
             let later = now + self.rng.within(0, 2_000_000);
             self.events.push((later, Event::Admit(task)));
         }
+        if self.rng.chance(15) {
+            // More than there is room for.
+            let task = self.rng.index(tasks);
+            let at_ns = self.rng.within(0, HORIZON_NS - 1);
+            let release = Event::Release { task, at_ns, capture: None };
+            self.events.extend((0..self.rng.within(10, 40)).map(|_| (at_ns, release.clone())));
+        }
         if self.rng.chance(30) {
             self.at(|rng| Event::Retire(rng.within(0, 4) as u8));
             self.at(|rng| Event::Retire(rng.within(0, 4) as u8));

@@ -1,9 +1,16 @@
 use super::*;
 
+/// A scheduler of the largest class passes over the stack when it is made.
+const STACK: usize = 1 << 24;
+
 fn written(seeds: u64, write: Task) -> String {
-    let mut bytes = Vec::new();
-    (0..seeds).for_each(|seed| write(&Script::draw(seed), &mut bytes).expect("memory takes everything"));
-    String::from_utf8(bytes).expect("ASCII")
+    let write_all = move || {
+        let mut bytes = Vec::new();
+        (0..seeds).for_each(|seed| write(&Script::draw(seed), &mut bytes).expect("memory takes everything"));
+        String::from_utf8(bytes).expect("ASCII")
+    };
+    let thread = std::thread::Builder::new().stack_size(STACK).spawn(write_all);
+    thread.expect("a thread").join().expect("no panic")
 }
 
 #[test]
