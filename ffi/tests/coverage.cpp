@@ -94,8 +94,8 @@ void leave_out(Header &header, const std::string &prefix) {
 int main(int count, char **words) {
     std::ifstream file(count > 1 ? words[1] : "");
     Header header = read(std::string(std::istreambuf_iterator<char>(file), {}));
-    if (count > 2) {
-        leave_out(header, words[2]);
+    for (int word = 2; word < count; word++) {
+        leave_out(header, words[word]);
     }
     std::map<int, std::string> names;
     for (const auto &[name, number] : header.statuses) {
