@@ -222,8 +222,10 @@ impl Engine {
         let run = move || run_to_the_end(setup, writer, notes, &shared, &tell);
         let thread = std::thread::Builder::new().name("red-run".to_owned()).stack_size(STACK).spawn(run);
         let Ok(thread) = thread else {
-            *state =
-                State::Failed(red_status::System, "no thread can be started; fix: raise ulimit -u".to_owned());
+            *state = State::Failed(
+                red_status::System,
+                "no thread can be started; fix: raise ulimit -u".to_owned(),
+            );
             return Err(red_status::System);
         };
         match told.recv() {
