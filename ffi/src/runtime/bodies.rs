@@ -6,7 +6,7 @@ use crate::values::{RED_ABI_VERSION, RED_NONE};
 use core::cell::Cell;
 use core::ffi::c_void;
 use core::ptr;
-use core::sync::atomic::{AtomicPtr, AtomicU32, AtomicU64, Ordering};
+use core::sync::atomic::{AtomicPtr, AtomicU32, AtomicU64, Ordering, fence};
 use red_core::{Capacity, NodeId, TaskId};
 use red_record::class::Large;
 use red_rt::handler::{Failed, Handler, Work};
@@ -22,14 +22,42 @@ pub(crate) fn is_in_body() -> bool {
 }
 
 /// What runs for a node.
+///
+/// A lane reads it after it has given the scheduler's lock back. Meanwhile the task may be removed and another one admitted
+/// in its place; the lane then gets nothing, and never the body of one with the `user` of the other.
 #[derive(Default)]
 struct Slot {
+    /// Odd while somebody writes.
+    version: AtomicU32,
     body: AtomicPtr<c_void>,
     user: AtomicPtr<c_void>,
 }
 
-/// The bodies of all nodes of all tasks. Written under the scheduler's lock before a job with the node can be released, and
-/// read by lanes that got its unit under the same lock.
+impl Slot {
+    /// One thread at a time.
+    fn set(&self, body: *mut c_void, user: *mut c_void) {
+        let version = self.version.load(Ordering::Relaxed);
+        self.version.store(version.wrapping_add(1), Ordering::Relaxed);
+        // Release: pairs with the Acquire fence in `get`, which then sees the odd version if it saw what follows.
+        fence(Ordering::Release);
+        self.user.store(user, Ordering::Relaxed);
+        self.body.store(body, Ordering::Relaxed);
+        // Release: pairs with the Acquire in `get`.
+        self.version.store(version.wrapping_add(2), Ordering::Release);
+    }
+
+    /// Body and user of one `set`; `None` if another one came between.
+    fn get(&self) -> Option<(*mut c_void, *mut c_void)> {
+        // Acquire: pairs with the Release at the end of `set`.
+        let version = self.version.load(Ordering::Acquire);
+        let found = (self.body.load(Ordering::Relaxed), self.user.load(Ordering::Relaxed));
+        // Acquire: pairs with the Release fence in `set`.
+        fence(Ordering::Acquire);
+        (version.is_multiple_of(2) && self.version.load(Ordering::Relaxed) == version).then_some(found)
+    }
+}
+
+/// The bodies of all nodes of all tasks. Written under the scheduler's lock before a job with the node can be released.
 pub(crate) struct Bodies {
     slots: Box<[Slot]>,
     /// Handles of tasks, by their places.
@@ -56,17 +84,15 @@ impl Bodies {
         for callback in callbacks {
             let Some(slot) = self.slot(task.index(), NodeId::new(callback.node as u8)) else { continue };
             let body = callback.body.map_or(ptr::null_mut(), |body| body as *mut c_void);
-            slot.user.store(callback.user, Ordering::Relaxed);
-            slot.body.store(body, Ordering::Relaxed);
+            slot.set(body, callback.user);
         }
     }
 
     fn get(&self, work: &Work) -> Option<(red_body, *mut c_void)> {
-        let slot = self.slot(work.task, work.node)?;
-        let body = slot.body.load(Ordering::Relaxed);
+        let (body, user) = self.slot(work.task, work.node)?.get()?;
         // SAFETY: it is NULL, which is no body, or was made of a function of this type in `set`.
         let body = unsafe { core::mem::transmute::<*mut c_void, red_body>(body) };
-        Some((body, slot.user.load(Ordering::Relaxed)))
+        Some((body, user))
     }
 }
 

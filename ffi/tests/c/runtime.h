@@ -19,7 +19,7 @@ red_callback callback_of(uint32_t node, red_body body, void *user);
 uint32_t add_task_of(red_runtime *runtime, red_body body, void *user);
 /* Sleeps until it is not 0 any more. */
 void await(const int *flag);
-/* What `check` returns in a child of fork: its calls are written down there too. */
+/* Makes a check in a child of fork, whose calls are written down too. */
 void in_child(void (*check)(void));
 
 void test_set_up(void);
