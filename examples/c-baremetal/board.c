@@ -26,8 +26,22 @@ int main(void);
 
 static volatile uint32_t tick_count;
 
+/* What a compiler calls by itself, and a C library would bring. */
 void *memset(void *to, int value, size_t bytes);
 void *memcpy(void *restrict to, const void *restrict from, size_t bytes);
+
+void *memset(void *to, int value, size_t bytes) {
+    unsigned char *byte = to;
+    for (size_t i = 0; i < bytes; i++) byte[i] = (unsigned char)value;
+    return to;
+}
+
+void *memcpy(void *restrict to, const void *restrict from, size_t bytes) {
+    unsigned char *byte = to;
+    const unsigned char *source = from;
+    for (size_t i = 0; i < bytes; i++) byte[i] = source[i];
+    return to;
+}
 
 static uint32_t semihost(uint32_t operation, const void *argument) {
     register uint32_t r0 __asm__("r0") = operation;

@@ -41,10 +41,11 @@ impl<C: Capacity> Host<C> {
         self.log.calls(&mut self.scheduler)
     }
 
-    /// For calls that set up.
-    fn set_up(&mut self) -> Calls<'_, C> {
+    /// For calls that set up; a refused one leaves nothing behind.
+    fn set_up<T, E>(&mut self, call: impl FnOnce(&mut Calls<'_, C>) -> Result<T, E>) -> Result<T, E> {
+        let made = call(&mut self.calls())?;
         self.is_begun = true;
-        self.calls()
+        Ok(made)
     }
 
     /// A graph of this class whose sensors are there.
@@ -56,6 +57,13 @@ impl<C: Capacity> Host<C> {
 
 /// A scheduler in memory of C's.
 pub(crate) type Shared<C> = Guarded<Host<C>>;
+
+impl<C: Capacity> Shared<C> {
+    /// A constant, so that it is made where it lies and not on the stack first.
+    #[expect(clippy::declare_interior_mutable_const, reason = "each scheduler is one of its own")]
+    pub(crate) const NEW: Self = Self::new(Host::NEW);
+}
+
 /// A scheduler behind a handle.
 pub(crate) type AnyMachine = dyn Loop;
 /// Its calls that are not of the loop.
@@ -195,20 +203,20 @@ pub(crate) fn lane_id(number: u32) -> Result<LaneId, red_status> {
 
 impl<C: Capacity> Machine for Host<C> {
     fn add_pool(&mut self, lanes: u8, memory: Option<Bytes>) -> Result<PoolId, PoolError> {
-        let pool = self.set_up().add_pool(lanes, memory)?;
+        let pool = self.set_up(|calls| calls.add_pool(lanes, memory))?;
         self.more_pools += 1;
         Ok(pool)
     }
 
     fn add_sensor(&mut self, period: Duration) -> Result<SensorId, SensorError> {
-        let sensor = self.set_up().add_sensor(period)?;
+        let sensor = self.set_up(|calls| calls.add_sensor(period))?;
         self.sensors = self.sensors.max(sensor.index() + 1);
         Ok(sensor)
     }
 
     fn add_task(&mut self, graph: &AnyGraph, timing: Timing) -> Result<TaskId, red_status> {
         let dag = self.graph(graph)?;
-        Ok(self.set_up().add_task(dag, timing)?)
+        Ok(self.set_up(|calls| calls.add_task(dag, timing))?)
     }
 
     fn remove_task(&mut self, task: TaskId, now: Instant) -> bool {

@@ -5,7 +5,7 @@ use crate::boundary::{Memory, Out, OutGrowing, take, take_growing};
 use crate::capacity::{Large, Medium, Small};
 use crate::config::{self, red_config};
 use crate::handles::{self, Object};
-use crate::machine::{Host, Rest, Shared};
+use crate::machine::{Rest, Shared};
 use crate::status::{flat, red_status, status};
 use crate::values::{RED_ABI_VERSION, red_scheduler};
 use core::ffi::{c_char, c_void};
@@ -43,7 +43,7 @@ fn open<C: Capacity>(
         }
         let place = Memory::of(memory, bytes).room_for::<Shared<C>>()?;
         let make = || {
-            place.make(Shared::<C>::new(Host::NEW));
+            place.make(Shared::<C>::NEW);
             place.set_up(|host| host.get_mut().configure(config));
             Object::Scheduler(place.pointer())
         };

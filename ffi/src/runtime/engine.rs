@@ -48,10 +48,14 @@ pub(crate) struct SetUp {
 }
 
 impl SetUp {
-    /// The scheduler, each of whose calls is in the log if there is one.
-    pub(crate) fn calls(&mut self) -> Recorder<'_, Large> {
+    /// Makes a call on the scheduler, which is in the log if there is one; a refused call leaves nothing behind.
+    pub(crate) fn call<T, E>(
+        &mut self,
+        call: impl FnOnce(&mut Recorder<'_, Large>) -> Result<T, E>,
+    ) -> Result<T, E> {
+        let made = call(&mut Recorder::new(&mut self.scheduler, self.tape.as_mut()))?;
         self.is_begun = true;
-        Recorder::new(&mut self.scheduler, self.tape.as_mut())
+        Ok(made)
     }
 }
 
@@ -191,15 +195,26 @@ impl Engine {
         Arc::into_inner(found).and_then(OnceLock::into_inner).ok_or(red_status::Internal)
     }
 
-    /// On what is being set up, or by a lane if the runtime runs already.
-    pub(crate) fn now_or_by_a_lane<R: Send + Sync + 'static>(
+    /// Changes what is being set up; or a lane does it if the runtime runs already.
+    pub(crate) fn change<R: Send + Sync + 'static>(
         &self,
-        mut what: impl FnMut(&mut Recorder<'_, Large>, Instant) -> R + Send + 'static,
+        mut what: impl FnMut(&mut Recorder<'_, Large>, Instant) -> Result<R, red_status> + Send + 'static,
     ) -> Result<R, red_status> {
         if self.shared.control.get().is_some() {
-            return self.ask(what);
+            return self.ask(what)?;
         }
-        self.set_up(|set_up| Ok(what(&mut set_up.calls(), Instant::ZERO)))
+        self.set_up(|set_up| set_up.call(|scheduler| what(scheduler, Instant::ZERO)))
+    }
+
+    /// Looks at what is being set up; or a lane does it if the runtime runs already.
+    pub(crate) fn look<R: Send + Sync + 'static>(
+        &self,
+        mut what: impl FnMut(&Scheduler<Large>) -> R + Send + 'static,
+    ) -> Result<R, red_status> {
+        if self.shared.control.get().is_some() {
+            return self.ask(move |scheduler, _now| what(scheduler));
+        }
+        self.set_up(|set_up| Ok(what(&set_up.scheduler)))
     }
 
     /// Starts the lanes; returns when they run.

@@ -28,19 +28,22 @@ pub(crate) struct Notes {
 }
 
 impl Notes {
+    /// A constant, so that it is made where it lies: it is larger than many stacks.
+    #[expect(clippy::declare_interior_mutable_const, reason = "each runtime has one of its own")]
+    const NEW: Self = Self {
+        outcomes: Mailbox::new(),
+        events: Mailbox::new(),
+        released: AtomicU64::new(0),
+        on_time: AtomicU64::new(0),
+        missed: AtomicU64::new(0),
+        shed: AtomicU64::new(0),
+        outcomes_dropped: AtomicU64::new(0),
+        events_dropped: AtomicU64::new(0),
+        origin_ns: AtomicU64::new(0),
+    };
+
     pub(crate) fn new() -> Arc<Self> {
-        let zero = || AtomicU64::new(0);
-        Arc::new(Self {
-            outcomes: Mailbox::new(),
-            events: Mailbox::new(),
-            released: zero(),
-            on_time: zero(),
-            missed: zero(),
-            shed: zero(),
-            outcomes_dropped: zero(),
-            events_dropped: zero(),
-            origin_ns: zero(),
-        })
+        Box::write(Box::new_uninit(), Self::NEW).into()
     }
 
     /// The oldest outcome. One thread at a time; a second one gets none.

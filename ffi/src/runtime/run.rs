@@ -80,7 +80,7 @@ pub extern "C" fn red_runtime_wait(runtime: *const red_runtime, timeout_ns: u64)
 pub extern "C" fn red_runtime_figures(runtime: *mut red_runtime, now: *mut red_figures) -> red_status {
     on(runtime, |engine| {
         let out = OutGrowing::of(now)?;
-        out.put(engine.now_or_by_a_lane(|scheduler, _now| figures(scheduler))?);
+        out.put(engine.look(figures)?);
         Ok(red_status::Ok)
     })
 }

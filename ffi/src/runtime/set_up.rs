@@ -34,7 +34,7 @@ pub extern "C" fn red_runtime_add_pool(
         let out = Out::of(pool)?;
         let lanes = u8::try_from(lanes).map_err(|_| red_status::PoolsFull)?;
         engine.set_up(|set_up| {
-            let added = set_up.calls().add_pool(lanes, config::bytes(memory_bytes));
+            let added = set_up.call(|calls| calls.add_pool(lanes, config::bytes(memory_bytes)));
             set_up.more_pools += u32::from(added.is_ok());
             Ok(status(added, |id| out.put(id.index() as u32)))
         })
@@ -55,7 +55,7 @@ pub extern "C" fn red_runtime_add_sensor(
     on(runtime, |engine| {
         let out = Out::of(sensor)?;
         engine.set_up(|set_up| {
-            let added = set_up.calls().add_sensor(Duration::from_nanos(period_ns));
+            let added = set_up.call(|calls| calls.add_sensor(Duration::from_nanos(period_ns)));
             Ok(status(added, |id| {
                 engine.sensors.fetch_max(id.index() + 1, Ordering::Relaxed);
                 out.put(id.index() as u32);

@@ -123,8 +123,7 @@ pub extern "C" fn red_runtime_add_task(
             return Err(red_status::NoBody);
         }
         let bodies = engine.bodies.clone();
-        let added =
-            engine.now_or_by_a_lane(move |scheduler, _now| given.add(scheduler, timing, &bodies))??;
+        let added = engine.change(move |scheduler, _now| given.add(scheduler, timing, &bodies))?;
         out.put(added.to_bits());
         Ok(red_status::Ok)
     })
@@ -138,8 +137,9 @@ pub extern "C" fn red_runtime_add_task(
 pub extern "C" fn red_runtime_remove_task(runtime: *mut red_runtime, task: u32) -> red_status {
     on(runtime, |engine| {
         let task = TaskId::from_bits(task);
-        let removed = engine.now_or_by_a_lane(move |scheduler, now| scheduler.remove_task(task, now))?;
-        if removed { Ok(red_status::Ok) } else { Err(red_status::UnknownTask) }
+        engine.change(move |scheduler, now| {
+            if scheduler.remove_task(task, now) { Ok(red_status::Ok) } else { Err(red_status::UnknownTask) }
+        })
     })
 }
 
@@ -156,7 +156,7 @@ pub extern "C" fn red_runtime_certificate(
     on(runtime, |engine| {
         let out = OutGrowing::of(certificate)?;
         let task = TaskId::from_bits(task);
-        let proof = engine.now_or_by_a_lane(move |scheduler, _now| scheduler.certificate(task))?;
+        let proof = engine.look(move |scheduler| scheduler.certificate(task))?;
         out.put(proof.ok_or(red_status::UnknownTask)?.into());
         Ok(red_status::Ok)
     })
@@ -180,7 +180,7 @@ pub extern "C" fn red_runtime_edit(
         let out = Out::of(dag)?;
         let place = Memory::of(memory, bytes).room_for()?;
         let task = TaskId::from_bits(task);
-        let edit = engine.now_or_by_a_lane(move |scheduler, _now| (**scheduler).edit(task))?;
+        let edit = engine.look(move |scheduler| scheduler.edit(task))?;
         out.put(open_dag(&place, edit.ok_or(red_status::UnknownTask)?)?);
         Ok(red_status::Ok)
     })
@@ -206,8 +206,7 @@ pub extern "C" fn red_runtime_commit(
         let out = OutGrowing::of(certificate)?;
         let given = Given::take(engine, dag, callbacks, callback_count)?;
         let bodies = engine.bodies.clone();
-        let proof =
-            engine.now_or_by_a_lane(move |scheduler, now| given.commit(scheduler, now, &bodies))??;
+        let proof = engine.change(move |scheduler, now| given.commit(scheduler, now, &bodies))?;
         out.put(proof.into());
         Ok(red_status::Ok)
     })

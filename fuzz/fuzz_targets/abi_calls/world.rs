@@ -326,7 +326,8 @@ impl<'a> World<'a> {
             if changed != Some(at)
                 && let Some(at) = self.arena.difference_in(open.own.clone())
             {
-                panic!("{name}, {status:?}: wrote to something open that it may not change, at byte {at}");
+                let at = at - open.own.start;
+                panic!("{name}, {status:?}: wrote to something open that it may not change, at its byte {at}");
             }
         }
         changed.into_iter().for_each(|at| self.open[at].is_stale = true);
