@@ -72,6 +72,27 @@ macro_rules! atomics {
 }
 atomics! { AtomicBool(bool) AtomicU8(u8) AtomicU32(u32) AtomicI32(i32) AtomicU64(u64) }
 
+#[derive(Debug)]
+pub struct AtomicPtr<T> {
+    turn: atomic::AtomicU8,
+    word: atomic::AtomicPtr<T>,
+}
+
+impl<T> AtomicPtr<T> {
+    pub fn new(value: *mut T) -> Self {
+        Self { turn: atomic::AtomicU8::new(0), word: atomic::AtomicPtr::new(value) }
+    }
+
+    pub fn load(&self, order: Ordering) -> *mut T {
+        self.turn.swap(0, Ordering::Relaxed);
+        self.word.load(order)
+    }
+
+    pub fn store(&self, value: *mut T, order: Ordering) {
+        self.word.store(value, order);
+    }
+}
+
 impl AtomicU32 {
     pub fn fetch_add(&self, value: u32, order: Ordering) -> u32 {
         self.word.fetch_add(value, order)

@@ -22,6 +22,7 @@ included! {
     exclusive: "../../sync/src/exclusive.rs",
     handler_cell: "../../sync/src/handler.rs",
     mailbox: "../../sync/src/mailbox.rs",
+    seq_lock: "../../sync/src/seq_lock.rs",
     shared: "../../sync/src/shared.rs",
     ticket_lock: "../../sync/src/ticket_lock.rs",
     bell: "../../rt-linux/src/bell.rs",

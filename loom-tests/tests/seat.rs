@@ -8,7 +8,7 @@
 
 use loom::sync::Mutex;
 use loom::thread;
-use red_core::{PoolId, UnitId};
+use red_core::{PoolId, TaskId, UnitId};
 use red_loom_tests::bell::{Bell, Woken};
 use red_loom_tests::handler::Work;
 use red_loom_tests::model::explore;
@@ -19,7 +19,7 @@ use std::sync::Arc;
 /// Another work for every unit, in every word, so that a mixture of two shows.
 fn work(number: u64) -> Work {
     Work {
-        task: number as usize,
+        task: TaskId::from_bits((number << 16 | number) as u32),
         pool: PoolId::new(number as u8),
         lane: UnitId::from_bits(number).lane(),
         job: number,

@@ -1,19 +1,19 @@
 //! What a lane runs for a node.
 
-use red_core::{LaneId, NodeId, PoolId, Unit};
+use red_core::{LaneId, NodeId, PoolId, TaskId, Unit};
 
 /// One execution: which node of which job, and by when.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Work {
-    /// The task, in the order of admission.
-    pub task: usize,
+    /// The task: its place, and which of those that had it.
+    pub task: TaskId,
     /// The node.
     pub node: NodeId,
     /// The pool of its lane.
     pub pool: PoolId,
     /// Where it runs, counted over all pools.
     pub lane: LaneId,
-    /// The how-manieth job of its task, from 0.
+    /// The how-manieth job of its task, from 0; up to 2^48, as units are.
     pub job: u64,
     /// The job's release, in nanoseconds since the start of the run.
     pub release_ns: u64,
@@ -32,7 +32,7 @@ pub struct Work {
 impl Work {
     pub(crate) fn of(unit: &Unit, since_ns: u64) -> Self {
         Self {
-            task: unit.first.task.index(),
+            task: unit.first.task,
             node: unit.first.node,
             pool: unit.pool,
             lane: unit.lane,

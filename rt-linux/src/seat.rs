@@ -17,7 +17,7 @@ use crate::bell::{Bell, Woken};
 use crate::handler::Work;
 use crate::primitive::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use crate::sleeper::Sleeper;
-use red_core::{NodeId, PoolId, UnitId};
+use red_core::{NodeId, PoolId, TaskId, UnitId};
 
 /// A lane's place. One thread at a time hands, and not before the unit of the time before was reported; only
 /// the lane takes.
@@ -37,10 +37,12 @@ pub struct Seat {
     // The line of the hand-off: 64 bytes, written by who hands and read by the lane.
     /// Wakes the lane.
     pub bell: Bell,
-    /// Task, node, pool and output in 8, 8, 5 and 11 bits. The lane is in the unit's name.
+    /// The task's place, node, pool and output in 8, 8, 5 and 11 bits. The lane is in the unit's name.
     place: AtomicU32,
     unit: AtomicU64,
-    times: [AtomicU64; 6],
+    /// The job in the low [`JOB_BITS`], above them which of those that had its place the task is.
+    job: AtomicU64,
+    times: [AtomicU64; 5],
     // What everybody reads and hardly anybody writes.
     /// The watchdog saw the body run past its bound.
     pub overdue: AtomicBool,
@@ -48,6 +50,9 @@ pub struct Seat {
     pub threads: AtomicU64,
     own: Own,
 }
+
+/// As many as a unit's number has.
+const JOB_BITS: u32 = 48;
 
 /// What the lane alone writes, on lines that nobody else touches while all goes well.
 #[derive(Debug, Default)]
@@ -139,30 +144,31 @@ impl Seat {
         // A capacity has at most 255 tasks, 256 nodes and outputs, and 32 pools.
         let output = work.output.map_or(0, |output| u32::from(output) + 1);
         let (node, pool) = (work.node.index() as u32, work.pool.index() as u32);
-        let place = (work.task as u32) << 24 | node << 16 | pool << 11 | output;
-        self.place.store(place, Ordering::Relaxed);
-        let times =
-            [work.job, work.release_ns, work.deadline_ns, work.since_ns, work.sub_deadline_ns, work.wcet_ns];
+        let task = work.task.to_bits();
+        self.place.store(task << 24 | node << 16 | pool << 11 | output, Ordering::Relaxed);
+        let job = work.job & ((1 << JOB_BITS) - 1) | u64::from(task >> 16) << JOB_BITS;
+        self.job.store(job, Ordering::Relaxed);
+        let times = [work.release_ns, work.deadline_ns, work.since_ns, work.sub_deadline_ns, work.wcet_ns];
         for (slot, time) in self.times.iter().zip(times) {
             slot.store(time, Ordering::Relaxed);
         }
     }
 
     fn read(&self, unit: UnitId) -> Work {
-        let place = self.place.load(Ordering::Relaxed);
+        let (place, job) = (self.place.load(Ordering::Relaxed), self.job.load(Ordering::Relaxed));
         let time = |i: usize| self.times[i].load(Ordering::Relaxed);
         Work {
-            task: (place >> 24) as usize,
+            task: TaskId::from_bits(((job >> JOB_BITS) as u32) << 16 | place >> 24),
             node: NodeId::new((place >> 16) as u8),
             pool: PoolId::new((place >> 11) as u8 & 0x1f),
             lane: unit.lane(),
             output: (place as u16 & 0x7ff).checked_sub(1),
-            job: time(0),
-            release_ns: time(1),
-            deadline_ns: time(2),
-            since_ns: time(3),
-            sub_deadline_ns: time(4),
-            wcet_ns: time(5),
+            job: job & ((1 << JOB_BITS) - 1),
+            release_ns: time(0),
+            deadline_ns: time(1),
+            since_ns: time(2),
+            sub_deadline_ns: time(3),
+            wcet_ns: time(4),
         }
     }
 }

@@ -8,6 +8,7 @@
 //! | anybody, one thread per [`Mailbox`] | [`Post::push`]: wait-free |
 //! | the holder of the lock | [`Mailbox::pop`] |
 //! | a handler and one observer | [`HandlerCell`] |
+//! | one writer at a time, any readers | [`SeqLock`]: wait-free |
 //!
 //! Under SCHED_FIFO a thread that spins on a lock whose holder it has preempted on the same CPU never returns. So a
 //! lane's CPU has no other contender. Hosts whose lanes share CPUs bring a priority-inheriting [`Exclusive`].
@@ -18,11 +19,13 @@ mod exclusive;
 mod handler;
 mod mailbox;
 mod primitive;
+mod seq_lock;
 mod shared;
 mod ticket_lock;
 
 pub use exclusive::Exclusive;
 pub use handler::{HandlerCell, HandlerState, TransitionError};
 pub use mailbox::{Mailbox, Post};
+pub use seq_lock::SeqLock;
 pub use shared::{Request, Requests, SharedScheduler};
 pub use ticket_lock::TicketLock;

@@ -2,11 +2,12 @@
 //! that a model checker drives the very same files over its own version of this module.
 
 pub(crate) use core::hint::spin_loop;
+pub(crate) use core::sync::atomic::fence;
 #[cfg(target_has_atomic = "32")]
-pub(crate) use core::sync::atomic::{AtomicU8, AtomicU32, Ordering};
+pub(crate) use core::sync::atomic::{AtomicPtr, AtomicU8, AtomicU32, Ordering};
 // A processor without compare-and-swap does it inside the program's critical section.
 #[cfg(not(target_has_atomic = "32"))]
-pub(crate) use portable_atomic::{AtomicU8, AtomicU32, Ordering};
+pub(crate) use portable_atomic::{AtomicPtr, AtomicU8, AtomicU32, Ordering};
 
 /// A cell whose exclusive access the caller guarantees.
 #[derive(Debug)]
@@ -27,6 +28,11 @@ impl<T> Cell<T> {
 /// Cells with nothing in them.
 pub(crate) const fn empty_cells<T, const N: usize>() -> [Cell<Option<T>>; N] {
     [const { Cell::new(None) }; N]
+}
+
+/// Words without a value.
+pub(crate) const fn null_words<const N: usize>() -> [AtomicPtr<()>; N] {
+    [const { AtomicPtr::new(core::ptr::null_mut()) }; N]
 }
 
 /// A `const` constructor. A macro, because the primitives of a model checker have no `const` one.

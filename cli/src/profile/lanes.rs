@@ -7,7 +7,7 @@ use super::machine::{Machine, PRIORITY};
 use crate::session::bodies::Bodies;
 use red_bodies::BodyError;
 use red_bodies::onnx::on_lane;
-use red_core::NodeId;
+use red_core::{NodeId, TaskId};
 use red_rt::clock::now_ns;
 use red_rt::handler::{Handler, Work};
 use red_rt::setup::{Fifo, SetupError, best_effort, pin, prefault_stack};
@@ -292,7 +292,7 @@ impl Lane {
         let armed = slot.arm(now_ns().saturating_add(self.bounds.timeout_ns));
         let start_ns = now_ns();
         let work = Work {
-            task: place.task,
+            task: TaskId::from_bits(place.task as u32),
             node,
             job: self.calls / 2,
             release_ns: start_ns,

@@ -265,7 +265,7 @@ impl Handler for LaneBodies {
         self.execute(work).map_err(|error| {
             // Nobody waits here: of two lanes that fail at once, one is heard.
             if let (Some(error), Ok(mut said)) = (error, self.bodies.said.try_lock()) {
-                faults::say(&mut said, (work.task, work.job, work.node.index(), error));
+                faults::say(&mut said, (work.task.index(), work.job, work.node.index(), error));
             }
             Failed
         })
@@ -322,7 +322,8 @@ fn held<G>(asked: Option<TryLockResult<G>>) -> Result<Option<G>, Option<BodyErro
 impl LaneBodies {
     fn execute(&mut self, work: &Work) -> Ran {
         let bodies = self.bodies.clone();
-        let node = bodies.tasks.get(work.task).and_then(|nodes| nodes.get(work.node.index())).ok_or(None)?;
+        let node =
+            bodies.tasks.get(work.task.index()).and_then(|nodes| nodes.get(work.node.index())).ok_or(None)?;
         if matches!(node, Node::Plain(Loaded::Network(_)) | Node::Encoder(_) | Node::Coarse(..)) {
             self.look(work)?;
         }
@@ -331,12 +332,15 @@ impl LaneBodies {
             release_ns: self.origin_ns.saturating_add(work.release_ns),
             deadline_ns: self.origin_ns.saturating_add(work.deadline_ns),
             job: work.job,
-            task: u32::try_from(work.task).unwrap_or(u32::MAX),
+            task: work.task.index() as u32,
             lane: u32::try_from(self.lane).unwrap_or(u32::MAX),
         };
         let result = work.output.and_then(|number| bodies.results.get(usize::from(number)));
-        let runs =
-            self.runs.get_mut(work.task).and_then(|nodes| nodes.get_mut(work.node.index())).ok_or(None)?;
+        let runs = self
+            .runs
+            .get_mut(work.task.index())
+            .and_then(|nodes| nodes.get_mut(work.node.index()))
+            .ok_or(None)?;
         let (first, rest) = runs.split_first_mut().ok_or(None)?;
         match node {
             Node::Plain(_) => first.step(Some(&self.image), None, &call),

@@ -36,7 +36,7 @@ impl SubDeadlines {
     fn note(&self, lane: usize, work: &Work) {
         let Some(Ok(mut notes)) = self.lanes.get(lane).map(Mutex::lock) else { return };
         if notes.len() < notes.capacity() {
-            notes.push(((work.task, work.job, work.node.index()), work.sub_deadline_ns));
+            notes.push(((work.task.index(), work.job, work.node.index()), work.sub_deadline_ns));
         }
     }
 }

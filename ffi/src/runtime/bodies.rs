@@ -6,10 +6,11 @@ use crate::values::{RED_ABI_VERSION, RED_NONE};
 use core::cell::Cell;
 use core::ffi::c_void;
 use core::ptr;
-use core::sync::atomic::{AtomicPtr, AtomicU32, AtomicU64, Ordering, fence};
+use core::sync::atomic::{AtomicU64, Ordering};
 use red_core::{Capacity, NodeId, TaskId};
 use red_record::class::Large;
 use red_rt::handler::{Failed, Handler, Work};
+use red_sync::SeqLock;
 use std::sync::Arc;
 
 thread_local! {
@@ -21,79 +22,48 @@ pub(crate) fn is_in_body() -> bool {
     IS_IN_BODY.get()
 }
 
-/// What runs for a node.
-///
-/// A lane reads it after it has given the scheduler's lock back. Meanwhile the task may be removed and another one admitted
-/// in its place; the lane then gets nothing, and never the body of one with the `user` of the other.
-#[derive(Default)]
-struct Slot {
-    /// Odd while somebody writes.
-    version: AtomicU32,
-    body: AtomicPtr<c_void>,
-    user: AtomicPtr<c_void>,
-}
-
-impl Slot {
-    /// One thread at a time.
-    fn set(&self, body: *mut c_void, user: *mut c_void) {
-        let version = self.version.load(Ordering::Relaxed);
-        self.version.store(version.wrapping_add(1), Ordering::Relaxed);
-        // Release: pairs with the Acquire fence in `get`, which then sees the odd version if it saw what follows.
-        fence(Ordering::Release);
-        self.user.store(user, Ordering::Relaxed);
-        self.body.store(body, Ordering::Relaxed);
-        // Release: pairs with the Acquire in `get`.
-        self.version.store(version.wrapping_add(2), Ordering::Release);
-    }
-
-    /// Body and user of one `set`; `None` if another one came between.
-    fn get(&self) -> Option<(*mut c_void, *mut c_void)> {
-        // Acquire: pairs with the Release at the end of `set`.
-        let version = self.version.load(Ordering::Acquire);
-        let found = (self.body.load(Ordering::Relaxed), self.user.load(Ordering::Relaxed));
-        // Acquire: pairs with the Release fence in `set`.
-        fence(Ordering::Acquire);
-        (version.is_multiple_of(2) && self.version.load(Ordering::Relaxed) == version).then_some(found)
-    }
-}
+/// Task, body and `user` of a node.
+type Slot = SeqLock<3>;
 
 /// The bodies of all nodes of all tasks. Written under the scheduler's lock before a job with the node can be released.
+///
+/// A lane reads them after it has given that lock back. Meanwhile the task may be removed, and another one admitted in its
+/// place: the lane then finds the other's name and runs nothing.
 pub(crate) struct Bodies {
     slots: Box<[Slot]>,
-    /// Handles of tasks, by their places.
-    tasks: Box<[AtomicU32]>,
     pub(crate) threw: AtomicU64,
 }
 
 impl Bodies {
     pub(crate) fn new() -> Arc<Self> {
-        let slots = (0..Large::TASKS * Large::NODES).map(|_| Slot::default()).collect();
-        let tasks = (0..Large::TASKS).map(|_| AtomicU32::new(0)).collect();
-        Arc::new(Self { slots, tasks, threw: AtomicU64::new(0) })
+        let slots = (0..Large::TASKS * Large::NODES).map(|_| Slot::new()).collect();
+        Arc::new(Self { slots, threw: AtomicU64::new(0) })
     }
 
-    fn slot(&self, task: usize, node: NodeId) -> Option<&Slot> {
-        self.slots.get(task * Large::NODES + node.index())
+    fn slot(&self, task: TaskId, node: NodeId) -> Option<&Slot> {
+        self.slots.get(task.index() * Large::NODES + node.index())
     }
 
     /// Sets the bodies of a task's new nodes.
     pub(crate) fn set(&self, task: TaskId, callbacks: &[red_callback]) {
-        if let Some(place) = self.tasks.get(task.index()) {
-            place.store(task.to_bits(), Ordering::Relaxed);
-        }
         for callback in callbacks {
-            let Some(slot) = self.slot(task.index(), NodeId::new(callback.node as u8)) else { continue };
-            let body = callback.body.map_or(ptr::null_mut(), |body| body as *mut c_void);
-            slot.set(body, callback.user);
+            let Some(slot) = self.slot(task, NodeId::new(callback.node as u8)) else { continue };
+            let body = callback.body.map_or(ptr::null_mut(), |body| body as *mut ());
+            slot.write([name(task), body, callback.user.cast()]);
         }
     }
 
     fn get(&self, work: &Work) -> Option<(red_body, *mut c_void)> {
-        let (body, user) = self.slot(work.task, work.node)?.get()?;
+        let [task, body, user] = self.slot(work.task, work.node)?.read()?;
         // SAFETY: it is NULL, which is no body, or was made of a function of this type in `set`.
-        let body = unsafe { core::mem::transmute::<*mut c_void, red_body>(body) };
-        Some((body, user))
+        let body = unsafe { core::mem::transmute::<*mut (), red_body>(body) };
+        (task == name(work.task)).then_some((body, user.cast()))
     }
+}
+
+/// A task as a word.
+fn name(task: TaskId) -> *mut () {
+    ptr::without_provenance_mut(task.to_bits() as usize)
 }
 
 /// Calls the bodies on a lane.
@@ -116,11 +86,10 @@ impl Handler for Calls {
     fn run(&mut self, work: &Work) -> Result<(), Failed> {
         let Some((Some(body), user)) = self.bodies.get(work) else { return Err(Failed) };
         let since_boot = |ns: u64| self.origin_ns.saturating_add(ns);
-        let task = self.bodies.tasks.get(work.task).map_or(0, |task| task.load(Ordering::Relaxed));
         let context = red_context {
             struct_size: size_of::<red_context>() as u32,
             abi_version: RED_ABI_VERSION,
-            task,
+            task: work.task.to_bits(),
             node: work.node.index() as u32,
             lane: work.lane.index() as u32,
             pool: work.pool.index() as u32,

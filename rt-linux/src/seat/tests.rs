@@ -4,8 +4,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
 
 use red_core::{
-    Action, Caps, Config, Dag, Duration, Instant, LaneId, Node, NodeId, PoolId, Scheduler, Timing, UnitId,
-    Wcet,
+    Action, Caps, Config, Dag, Duration, Instant, LaneId, Node, NodeId, PoolId, Scheduler, TaskId, Timing,
+    UnitId, Wcet,
 };
 
 use super::Seat;
@@ -34,11 +34,11 @@ fn a_hand_off_fits_into_one_cache_line() {
 #[test]
 fn every_word_of_the_work_arrives() {
     let largest = Work {
-        task: 255,
+        task: TaskId::from_bits(0xffff_00ff),
         node: NodeId::new(255),
         pool: PoolId::new(31),
         lane: LaneId::new(31),
-        job: u64::MAX,
+        job: (1 << 48) - 1,
         release_ns: u64::MAX - 1,
         deadline_ns: u64::MAX - 2,
         since_ns: u64::MAX - 3,

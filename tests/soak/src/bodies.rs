@@ -57,7 +57,7 @@ impl Tried {
 
     fn begins(&self, work: &Work) {
         self.ran.fetch_add(1, Ordering::Relaxed);
-        let name = (work.task, work.job, work.node.index());
+        let name = (work.task.index(), work.job, work.node.index());
         if !self.begun.lock().unwrap_or_else(PoisonError::into_inner).insert(name) {
             self.twice.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(*work);
         }
@@ -110,7 +110,7 @@ impl Handler for Bodies {
     fn run(&mut self, work: &Work) -> Result<(), Failed> {
         let tried = &*self.tried;
         tried.begins(work);
-        let node = (work.task as u64) << 8 | work.node.index() as u64;
+        let node = (work.task.index() as u64) << 8 | work.node.index() as u64;
         let mut rng = Rng::new(self.seed ^ work.job.rotate_left(20) ^ node.rotate_left(48));
         let took = Duration::from_nanos(work.wcet_ns * rng.within(0, 90) / 100);
         match rng.within(0, 1_999) {
