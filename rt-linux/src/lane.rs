@@ -88,7 +88,12 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
         let ok = matches!(result, Ok(Ok(())));
         self.figures.failed += u64::from(!ok);
         if let Err(message) = result {
-            self.figures.panicked(BodyPanic { task: work.task.index(), node: work.node, job: work.job, message });
+            self.figures.panicked(BodyPanic {
+                task: work.task.index(),
+                node: work.node,
+                job: work.job,
+                message,
+            });
         }
         // The message was the body's.
         arm(true);

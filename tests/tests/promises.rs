@@ -2,8 +2,8 @@
 
 use red_core::{
     Action, Bytes, Caps, CompleteError, Config, CostEstimate, Dag, DeadlineRule, Duration, Estimator,
-    EventKind, Frame, Instant, JobId, LaneId, Late, Levels, Node, NodeError, NodeId, Scheduler, Shed,
-    SubDeadlines, TaskId, Timing, UnitId, Wcet,
+    EventKind, Frame, Instant, JobId, LaneId, Late, Levels, Node, NodeError, NodeId, Overload, Scheduler,
+    Shed, SubDeadlines, TaskId, Timing, UnitId, Wcet,
 };
 
 type Small = Caps<2, 4, 3, 2, 1, 1, 16>;
@@ -311,4 +311,17 @@ fn a_node_that_no_graph_can_have_is_due_at_zero() {
     let of = |node| (due.sub_deadline(NodeId::new(node)), due.key(NodeId::new(node)));
     assert_eq!(of(1), (10_000_000, 9_000_000));
     assert_eq!((of(4), of(255)), ((0, 0), (0, 0)));
+}
+
+#[test]
+fn the_last_instant_of_the_clock_is_one_like_others() {
+    let config = Config::RED;
+    let tick = Duration::from_nanos(1);
+    let mut scheduler = Scheduler::new(Config { overload: Overload { tick, ..config.overload }, ..config });
+    let task = task(&mut scheduler, &[1], 10);
+    scheduler.release(task, Instant::ZERO).unwrap();
+    let unit = start(&mut scheduler, Instant::ZERO).expect("a job is released");
+    assert_eq!(start(&mut scheduler, Instant::MAX), None);
+    scheduler.complete(unit, Instant::MAX).unwrap();
+    assert_eq!((start(&mut scheduler, Instant::MAX), scheduler.jobs_in_flight()), (None, 0));
 }

@@ -60,9 +60,14 @@ impl<C: Capacity> Scheduler<C> {
         self.config.overload.tick.max(NEXT)
     }
 
+    /// The tick that goes on, as `looked_at` has it: at the last instant of the clock it is none.
+    fn this_tick(&self) -> u64 {
+        self.window.as_nanos().wrapping_add(1)
+    }
+
     /// The first tick that was not looked at: this one if it begins now.
     fn next_tick(&self) -> Instant {
-        let fresh = self.now == self.window && self.monitor.looked_at != self.window.as_nanos() + 1;
+        let fresh = self.now == self.window && self.monitor.looked_at != self.this_tick();
         if fresh { self.window } else { self.window.saturating_add(self.tick()) }
     }
 
@@ -115,7 +120,7 @@ impl<C: Capacity> Scheduler<C> {
         (self.monitor.behind, self.attends) = (true, true);
         if self.next_tick() == self.now {
             // A tick of this instant came before that.
-            self.monitor.looked_at = self.now.as_nanos() + 1;
+            self.monitor.looked_at = self.this_tick();
             self.monitor.over = 0;
         }
         self.alarm = self.alarm.min(self.now.saturating_add(NEXT));
@@ -189,9 +194,8 @@ impl<C: Capacity> Scheduler<C> {
             let worst = outlook(Case::Worst);
             let best = if worst.is_some() && !waits { worst } else { outlook(Case::Best) };
             doomed |= u64::from(best.is_none()) << slot;
-            let safe_until = worst.or(best).unwrap_or(self.now);
             let job = &mut self.jobs[slot];
-            job.safe_until = safe_until;
+            job.safe_until = worst.or(best).unwrap_or(self.now);
             job.behind = worst.is_none();
         }
         doomed
@@ -201,16 +205,15 @@ impl<C: Capacity> Scheduler<C> {
     /// not seen, so nothing goes on over it.
     fn tick_fires(&mut self) -> bool {
         let (overload, tick) = (self.config.overload, self.tick());
-        let follows = self.monitor.looked_at == (self.window.as_nanos() + 1).wrapping_sub(tick.as_nanos());
+        let follows = self.monitor.looked_at == self.this_tick().wrapping_sub(tick.as_nanos());
         if self.next_tick() != self.now {
             return false;
         }
-        self.monitor.looked_at = self.window.as_nanos() + 1;
+        self.monitor.looked_at = self.this_tick();
         self.age_keys();
         let exceeded = self.pool_numbers().any(|pool| {
             let (p, queued) = (&self.pools[pool], self.queued_in(pool));
-            let busy = Duration::from_nanos(p.tick_busy);
-            overload.exceeded(queued, busy, tick, p.lanes.count_ones() as u8)
+            overload.exceeded(queued, Duration::from_nanos(p.tick_busy), tick, p.lanes.count_ones() as u8)
         });
         let late = self.config.shed != Shed::Hopeless || self.slots().any(|slot| self.jobs[slot].behind);
         let before = if follows { self.monitor.over } else { 0 };
