@@ -1799,7 +1799,7 @@ red_status red_dag_successors(const red_dag *dag,
  * `room` into `nodes`, and how many there are into `count`. If they are more than `room`, only `count` is written.
  * `lanes` has the lanes of the first `pools` pools; others have one.
  *
- * Threads: any, while nobody changes the graph. Real time: yes, with 16 KiB of stack. Time: O(nodes * pools + edges).
+ * Threads: any, while nobody changes the graph. Real time: yes. Time: O(nodes * pools + edges).
  * Errors: RED_STATUS_OUT_OF_RANGE: the rule, or more than 255 lanes. RED_STATUS_DEADLINE: above 2^62 ns.
  * RED_STATUS_NO_LANE, RED_STATUS_TOO_SHORT.
  */
@@ -1817,7 +1817,7 @@ red_status red_dag_place(const red_dag *dag,
  * `count`. If they are more than `room`, only `count` is written. `rule` is RED_RULE_LEVEL_SUM or
  * RED_RULE_LEVEL_GRAHAM, `lanes` has the lanes of the first `pools` pools; others have one.
  *
- * Threads: any, while nobody changes the graph. Real time: yes, with 24 KiB of stack. Time: O(nodes * pools + edges).
+ * Threads: any, while nobody changes the graph. Real time: yes. Time: O(nodes * pools + edges).
  * Errors: as red_dag_place.
  */
 red_status red_dag_share(const red_dag *dag,

@@ -155,7 +155,7 @@ pub extern "C" fn red_dag_successors(
 /// `room` into `nodes`, and how many there are into `count`. If they are more than `room`, only `count` is written.
 /// `lanes` has the lanes of the first `pools` pools; others have one.
 ///
-/// Threads: any, while nobody changes the graph. Real time: yes, with 16 KiB of stack. Time: O(nodes * pools + edges).
+/// Threads: any, while nobody changes the graph. Real time: yes. Time: O(nodes * pools + edges).
 /// Errors: RED_STATUS_OUT_OF_RANGE: the rule, or more than 255 lanes. RED_STATUS_DEADLINE: above 2^62 ns.
 /// RED_STATUS_NO_LANE, RED_STATUS_TOO_SHORT.
 #[unsafe(no_mangle)]
@@ -173,16 +173,13 @@ pub extern "C" fn red_dag_place(
         let out = Room::of(nodes, room, count)?;
         let (rule, deadline, (lanes, pools)) =
             (config::rule(rule)?, deadline(deadline_ns)?, lanes_of(lanes, pools)?);
-        let (mut found, mut len) = ([red_placed_node::EMPTY; MOST_NODES], 0);
+        let mut filling = out.begin(graph.summary().nodes)?;
         graph.place(rule, deadline, lanes.get(..pools).unwrap_or_default(), &mut |placed| {
-            if let Some(free) = found.get_mut(len) {
-                let Placed { node, height, tail_ns, sub_deadline_ns, key_ns } = placed;
-                let (node, height) = (node.index() as u32, height as u32);
-                *free = red_placed_node { node, height, tail_ns, sub_deadline_ns, key_ns };
-                len += 1;
-            }
+            let Placed { node, height, tail_ns, sub_deadline_ns, key_ns } = placed;
+            let (node, height) = (node.index() as u32, height as u32);
+            filling.put(red_placed_node { node, height, tail_ns, sub_deadline_ns, key_ns });
         });
-        Ok(out.fill(found.into_iter().take(len)))
+        Ok(red_status::Ok)
     })
 }
 
@@ -190,7 +187,7 @@ pub extern "C" fn red_dag_place(
 /// `count`. If they are more than `room`, only `count` is written. `rule` is RED_RULE_LEVEL_SUM or
 /// RED_RULE_LEVEL_GRAHAM, `lanes` has the lanes of the first `pools` pools; others have one.
 ///
-/// Threads: any, while nobody changes the graph. Real time: yes, with 24 KiB of stack. Time: O(nodes * pools + edges).
+/// Threads: any, while nobody changes the graph. Real time: yes. Time: O(nodes * pools + edges).
 /// Errors: as red_dag_place.
 #[unsafe(no_mangle)]
 pub extern "C" fn red_dag_share(
@@ -210,15 +207,12 @@ pub extern "C" fn red_dag_share(
         if !matches!(rule, DeadlineRule::LevelSum | DeadlineRule::LevelGraham) {
             return Err(red_status::OutOfRange);
         }
-        let (mut found, mut len) = ([red_level::EMPTY; MOST_NODES], 0);
+        let mut filling = out.begin(graph.summary().levels)?;
         graph.share(rule, deadline, lanes.get(..pools).unwrap_or_default(), &mut |level| {
-            if let Some(free) = found.get_mut(len) {
-                let Share { cost_ns, graham_ns, share_ns, end_ns } = level;
-                *free = red_level { cost_ns, graham_ns, share_ns, end_ns };
-                len += 1;
-            }
+            let Share { cost_ns, graham_ns, share_ns, end_ns } = level;
+            filling.put(red_level { cost_ns, graham_ns, share_ns, end_ns });
         });
-        Ok(out.fill(found.into_iter().take(len)))
+        Ok(red_status::Ok)
     })
 }
 

@@ -5,6 +5,7 @@ use red_ffi::*;
 
 use crate::arguments::Out;
 use crate::planted::{Bug, has};
+use crate::schedulers;
 use crate::values;
 use crate::world::{Kind, Thing, World};
 
@@ -285,7 +286,25 @@ pub(crate) fn let_end(w: &mut World<'_>, at: usize) {
         let restored = w.twin(at).0.restore(lane as u8).map(|()| w.twin(at).1.restore(lane as u8));
         w.judge(status, restored, Some(at));
     }
-    // Time stands still, so that nothing is given up; each round ends a unit, or takes an action.
+    let before = w.twin(at).0.figures().evictions;
+    run_down(w, at);
+    let (twin, stream) = w.twin(at);
+    if !stream.is_over() && twin.figures().evictions > before + 1_000 {
+        // Results take each other's memory, and nothing is given up: decision 0005. Jobs end with their tasks.
+        let tasks = stream.tasks.clone();
+        tasks.into_iter().for_each(|task| schedulers::remove(w, task));
+        run_down(w, at);
+    }
+    let (twin, stream) = w.twin(at);
+    assert!(stream.is_over(), "a job never ends: {:?}", twin.figures());
+    for pool in 0.. {
+        let Ok(bytes) = w.twin(at).0.memory_used(pool) else { break };
+        assert_eq!(bytes, 0, "memory is held when nothing is left");
+    }
+}
+
+/// Time stands still, so that nothing is given up; each round ends a unit, or takes an action.
+fn run_down(w: &mut World<'_>, at: usize) {
     for _ in 0..40_000 {
         let before = w.twin(at).1.live.len();
         poll(w);
@@ -296,11 +315,5 @@ pub(crate) fn let_end(w: &mut World<'_>, at: usize) {
         if stream.live.len() <= before && !stream.live.is_empty() {
             complete(w);
         }
-    }
-    let (twin, stream) = w.twin(at);
-    assert!(stream.is_over(), "a job never ends: {:?}", twin.figures());
-    for pool in 0.. {
-        let Ok(bytes) = w.twin(at).0.memory_used(pool) else { break };
-        assert_eq!(bytes, 0, "memory is held when nothing is left");
     }
 }

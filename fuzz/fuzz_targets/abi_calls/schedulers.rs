@@ -270,6 +270,15 @@ pub(crate) fn remove_task(w: &mut World<'_>) {
     w.judge(status, removed, Some(at));
 }
 
+/// Removes this task, if it is there.
+pub(crate) fn remove(w: &mut World<'_>, task: u32) {
+    w.begin("red_scheduler_remove_task");
+    let ((handle, at), now) = (w.handle(Kind::Scheduler), w.clock());
+    let status = red_scheduler_remove_task(handle, task, now);
+    let removed = w.twin(at).0.remove_task(task, Instant::from_nanos(now));
+    w.judge(status, removed, Some(at));
+}
+
 pub(crate) fn certificate(w: &mut World<'_>) {
     w.begin("red_scheduler_certificate");
     let (handle, at) = w.handle(Kind::Scheduler);

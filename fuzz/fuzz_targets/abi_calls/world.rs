@@ -327,7 +327,9 @@ impl<'a> World<'a> {
                 && let Some(at) = self.arena.difference_in(open.own.clone())
             {
                 let at = at - open.own.start;
-                panic!("{name}, {status:?}: wrote to something open that it may not change, at its byte {at}");
+                panic!(
+                    "{name}, {status:?}: wrote to something open that it may not change, at its byte {at}"
+                );
             }
         }
         changed.into_iter().for_each(|at| self.open[at].is_stale = true);
