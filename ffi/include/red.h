@@ -1440,7 +1440,7 @@ typedef struct {
    */
   uint32_t stopped;
   /**
-   * Jobs released.
+   * Jobs released. Those that are neither on time nor missed at the end were in flight when it was stopped.
    */
   uint64_t released;
   /**
@@ -2092,8 +2092,8 @@ red_status red_runtime_report(const red_runtime *runtime, red_report *report);
  * red_runtime_message says which and how to get it. No signal handler is installed.
  *
  * Threads: any but a body's. Real time: no. Time: until all lanes are ready. Errors: RED_STATUS_NOT_PERMITTED,
- * RED_STATUS_CPUS, RED_STATUS_SYSTEM: after these the runtime can only be closed; RED_STATUS_STARTED,
- * RED_STATUS_FORKED.
+ * RED_STATUS_CPUS, RED_STATUS_SYSTEM: after these the runtime can only be closed, and calls that set it up
+ * answer the same; RED_STATUS_STARTED, RED_STATUS_FORKED.
  */
 red_status red_runtime_start(red_runtime *runtime);
 

@@ -111,3 +111,6 @@ impl Handler for Calls {
         if answer == RED_BODY_DONE { Ok(()) } else { Err(Failed) }
     }
 }
+
+#[cfg(test)]
+mod tests;

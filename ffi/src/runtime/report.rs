@@ -35,7 +35,7 @@ pub struct red_report {
     pub surrender: u32,
     /// At the end. 1: red_runtime_stop ended it. 0: its duration did, or it itself.
     pub stopped: u32,
-    /// Jobs released.
+    /// Jobs released. Those that are neither on time nor missed at the end were in flight when it was stopped.
     pub released: u64,
     /// Jobs that completed by their deadlines.
     pub on_time: u64,

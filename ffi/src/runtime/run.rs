@@ -17,8 +17,8 @@ use red_rt::control::Refused;
 /// red_runtime_message says which and how to get it. No signal handler is installed.
 ///
 /// Threads: any but a body's. Real time: no. Time: until all lanes are ready. Errors: RED_STATUS_NOT_PERMITTED,
-/// RED_STATUS_CPUS, RED_STATUS_SYSTEM: after these the runtime can only be closed; RED_STATUS_STARTED,
-/// RED_STATUS_FORKED.
+/// RED_STATUS_CPUS, RED_STATUS_SYSTEM: after these the runtime can only be closed, and calls that set it up
+/// answer the same; RED_STATUS_STARTED, RED_STATUS_FORKED.
 #[unsafe(no_mangle)]
 pub extern "C" fn red_runtime_start(runtime: *mut red_runtime) -> red_status {
     on(runtime, |engine| {
