@@ -16,9 +16,10 @@ use red_core::{
 };
 
 /// A scheduler, and what this library keeps beside it.
+#[repr(C)] // Every call looks at the log: beside what it touches first.
 pub(crate) struct Host<C: Capacity> {
-    pub(crate) scheduler: Scheduler<C>,
     pub(crate) log: Log,
+    pub(crate) scheduler: Scheduler<C>,
     /// Whether anything was set up, so that a log would not have it.
     pub(crate) is_begun: bool,
     /// Pools after the first, and sensors, that were added.
