@@ -10,6 +10,7 @@ mod exports;
 mod header;
 mod install;
 mod layer;
+mod loader;
 mod package;
 mod readme;
 mod table;
@@ -66,7 +67,7 @@ pub(crate) fn step(workspace: &Workspace, depth: Depth) -> Result<Tally, Failure
         installed(workspace, &board, &["--target", AARCH64])?;
         passed += exports::check(workspace, &board)?;
     }
-    passed += beside::check(workspace, &prefix)?;
+    passed += beside::check(workspace, &prefix)? + loader::check(workspace, &prefix)?;
     passed += readme::check(workspace, &prefix)?;
 
     let build = folder.join("build").display().to_string();

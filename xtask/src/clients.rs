@@ -2,37 +2,30 @@
 //! memory, and the examples.
 
 mod examples;
+mod library;
 
 use std::fs;
 use std::path::Path;
+use std::time::Instant;
+
+use library::Library;
 
 use crate::abi;
 use crate::depth::Depth;
-use crate::nightly::{HOST, Nightly};
+use crate::nightly::Nightly;
 use crate::process::Failure;
 use crate::report::Tally;
 use crate::tools;
 use crate::workspace::Workspace;
 
 /// Programs that are needed beside those of the step that installs, and their packages.
-const TOOLS: &[(&str, &[&str])] = &[
-    ("valgrind", &["valgrind"]),
-    // With what clang's sanitizers link.
-    ("clang++", &["clang", "libclang-rt-14-dev"]),
-];
-
-/// Which library the tests are built with.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Library {
-    /// As it ships.
-    Shipped,
-    /// The same sources, with AddressSanitizer in them.
-    Address,
-}
+const TOOLS: &[(&str, &[&str])] = &[("valgrind", &["valgrind"]), ("clang++", &["clang"])];
 
 /// One way to build and run the tests of the C ABI.
 struct Way {
     name: &'static str,
+    /// Where it is built; in that of another way, what was built there is run again.
+    folder: &'static str,
     compilers: [&'static str; 2],
     library: Library,
     options: &'static [&'static str],
@@ -41,25 +34,26 @@ struct Way {
 const GNU: [&str; 2] = ["gcc", "g++"];
 const CLANG: [&str; 2] = ["clang", "clang++"];
 
-/// Of the core alone.
-const CORE: &str = "-DRED_TARGET=red::core";
-
-/// Planted mistakes are among the tests, so that each tool is seen to be in.
+/// Planted mistakes are among the tests, so that each tool is seen to be in. One way is of the core alone, all others of the
+/// library with the runtime.
 const WAYS: &[Way] = &[
-    Way { name: "gnu", compilers: GNU, library: Library::Shipped, options: &[] },
-    Way { name: "clang", compilers: CLANG, library: Library::Shipped, options: &[CORE] },
-    Way {
-        name: "sanitized",
-        compilers: GNU,
-        library: Library::Address,
-        options: &[CORE, "-DRED_SANITIZE=address,undefined"],
-    },
+    Way { name: "gnu", folder: "gnu", compilers: GNU, library: Library::Shipped, options: &[] },
     Way {
         name: "valgrind",
+        folder: "gnu",
         compilers: GNU,
         library: Library::Shipped,
-        options: &[CORE, "-DRED_VALGRIND=ON"],
+        options: &["-DRED_VALGRIND=ON"],
     },
+    Way {
+        name: "clang",
+        folder: "clang",
+        compilers: CLANG,
+        library: Library::Shipped,
+        options: &["-DRED_TARGET=red::core"],
+    },
+    Way { name: "sanitized", folder: "sanitized", compilers: GNU, library: Library::Address, options: &[] },
+    Way { name: "thread", folder: "thread", compilers: CLANG, library: Library::Thread, options: &[] },
 ];
 
 /// # Errors
@@ -68,34 +62,20 @@ pub(crate) fn step(workspace: &Workspace, _: Depth) -> Result<Tally, Failure> {
     for (program, packages) in TOOLS {
         tools::present(workspace, program, packages)?;
     }
+    let nightly = Nightly::with(workspace, &["rust-src"])?;
     let folder = workspace.target.join("clients");
     let shipped = folder.join("prefix");
     abi::installed(workspace, &shipped, &[])?;
-    let address = folder.join("prefix-address");
-    sanitized(workspace, &shipped, &address)?;
     let mut passed = 0;
     for way in WAYS {
-        let prefix = if way.library == Library::Shipped { &shipped } else { &address };
-        passed += tried(workspace, way, prefix, &folder.join(way.name))?;
+        let begin = Instant::now();
+        let prefix = way.library.installed(workspace, &nightly, &shipped)?;
+        let count = tried(workspace, way, &prefix, &folder.join(way.folder))?;
+        say!("{}: {count} tests, {:.1} s", way.name, begin.elapsed().as_secs_f64());
+        passed += count;
     }
     passed += examples::run_all(workspace, &shipped, &folder)?;
     Ok(Tally { passed, ..Tally::default() })
-}
-
-/// An installation like another one whose static library of the core has AddressSanitizer in it.
-fn sanitized(workspace: &Workspace, like: &Path, prefix: &Path) -> Result<(), Failure> {
-    let nightly = Nightly::with(workspace, &[])?;
-    let target = nightly.target("address-ffi");
-    let build =
-        ["rustc", "--package", "red-ffi", "--no-default-features", "--profile", "release-ffi", "--lib"];
-    let build = nightly.cargo(&build).args(&["--crate-type", "staticlib", "--target", HOST]);
-    build.env("RUSTFLAGS", "-Zsanitizer=address").env("CARGO_TARGET_DIR", &target).stream()?;
-    let _old = fs::remove_dir_all(prefix);
-    workspace.command("cp").args(&["-a"]).args(&[like, prefix]).stream()?;
-    let built = target.join(HOST).join("release-ffi/libred_ffi.a");
-    let place = prefix.join("lib/libred_core.a");
-    let copied = fs::copy(&built, &place);
-    copied.map(drop).map_err(|reason| Failure::File { path: place.display().to_string(), reason })
 }
 
 /// Builds and runs the tests of the C ABI in one way; how many there were.
@@ -106,21 +86,22 @@ fn tried(workspace: &Workspace, way: &Way, prefix: &Path, folder: &Path) -> Resu
         format!("-DCMAKE_CXX_COMPILER={cxx}"),
         format!("-DCMAKE_PREFIX_PATH={}", prefix.display()),
     ];
-    // Whatever was configured before, with another library, is forgotten.
-    let _old = fs::remove_dir_all(folder);
+    if way.folder == way.name {
+        // Whatever was configured before, with another library, is forgotten.
+        let _old = fs::remove_dir_all(folder);
+    }
     let cmake = workspace.command("cmake").args(&["-S", "ffi/tests", "-B"]).args(&[folder]);
-    cmake.args(&configure).args(way.options).text()?;
+    let cmake = cmake.args(&configure).args(way.options);
+    cmake.args(way.library.option(prefix).as_slice()).text()?;
     run(workspace, folder, way.name)
 }
 
 /// Builds what CMake configured in a folder, and runs its tests; how many there were.
 fn run(workspace: &Workspace, folder: &Path, name: &str) -> Result<u32, Failure> {
     workspace.command("cmake").args(&["--build"]).args(&[folder]).args(&["--parallel", "2"]).text()?;
-    let ctest = workspace.command("ctest").args(&["--output-on-failure", "--test-dir"]).args(&[folder]);
-    let said = ctest.text()?;
-    let count = passed(&said).ok_or_else(|| Failure::Wrong(format!("{name}: no test was run:\n{said}")))?;
-    say!("{name}: {count} tests");
-    Ok(count)
+    let ctest = ["--output-on-failure", "--parallel", "2", "--test-dir"];
+    let said = workspace.command("ctest").args(&ctest).args(&[folder]).text()?;
+    passed(&said).ok_or_else(|| Failure::Wrong(format!("{name}: no test was run:\n{said}")))
 }
 
 /// How many tests ctest says passed, if all did and there were some.

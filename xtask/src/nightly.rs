@@ -94,6 +94,15 @@ impl<'a> Nightly<'a> {
         run.args(&["rustup", "run", NIGHTLY, "cargo"]).args(arguments)
     }
 
+    /// Where its own libraries are, for this machine.
+    ///
+    /// # Errors
+    /// It cannot be asked.
+    pub(crate) fn libraries(&self) -> Result<PathBuf, Failure> {
+        let ask = ["run", NIGHTLY, "rustc", "--print", "target-libdir"];
+        self.workspace.command("rustup").args(&ask).capture().map(PathBuf::from)
+    }
+
     /// Where what is built with these flags lies: apart, or each set would have the others' built anew.
     pub(crate) fn target(&self, name: &str) -> PathBuf {
         self.workspace.target.join(name)

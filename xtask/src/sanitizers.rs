@@ -77,8 +77,9 @@ fn addresses(nightly: &Nightly<'_>) -> Result<Tally, Failure> {
     Ok(Tally { passed: tally.passed + 2, ..tally })
 }
 
-/// Addresses are not drawn: a sanitizer's own memory has its fixed place.
-fn sanitized(nightly: &Nightly<'_>, sanitizer: &str, command: &str) -> Run {
+/// A command of cargo with a sanitizer in what it builds, in a folder for all that is built so. Addresses are not drawn
+/// where it runs a program: a sanitizer's own memory has its fixed place.
+pub(crate) fn sanitized(nightly: &Nightly<'_>, sanitizer: &str, command: &str) -> Run {
     // With a target, or the macros of the build would be sanitized too, which no compiler can load.
     nightly
         .cargo(&[command, "--target", HOST])

@@ -8,7 +8,7 @@ use crate::process::Failure;
 use crate::workspace::{Workspace, entries};
 
 const WARNINGS: &[&str] =
-    &["-fsyntax-only", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror", "-I"];
+    &["-fsyntax-only", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror", "-I"];
 
 /// A compiler, the standard that it is asked for, and whether that is one of C.
 type Language = (&'static str, &'static str, bool);

@@ -30,7 +30,9 @@ pub(crate) fn run_all(workspace: &Workspace, prefix: &Path, folder: &Path) -> Re
         let source = workspace.root.join("examples").join(project);
         let cmake = workspace.command("cmake").args(&["-S"]).args(&[&source]).args(&["-B"]).args(&[&build]);
         cmake.args(&[format!("-DCMAKE_PREFIX_PATH={}", prefix.display())]).text()?;
-        passed += run(workspace, &build, project)?;
+        let count = run(workspace, &build, project)?;
+        say!("{project}: {count} tests");
+        passed += count;
     }
     Ok(passed + firmware(workspace, folder)?)
 }
