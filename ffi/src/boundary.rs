@@ -8,6 +8,7 @@
 use crate::status::red_status;
 use crate::values::RED_ABI_VERSION;
 use core::ffi::c_void;
+use core::hint::cold_path;
 use red_core::Empty;
 
 /// A struct of integers without gaps: every pattern of bits is one.
@@ -62,9 +63,11 @@ pub(crate) use vouched;
 
 fn aligned<T>(address: usize) -> Result<(), red_status> {
     if address == 0 {
+        cold_path();
         return Err(red_status::NullPointer);
     }
     if !address.is_multiple_of(align_of::<T>()) {
+        cold_path();
         return Err(red_status::Misaligned);
     }
     Ok(())

@@ -7,6 +7,7 @@
 
 use crate::status::red_status;
 use core::cell::UnsafeCell;
+use core::hint::cold_path;
 use core::ops::{Deref, DerefMut};
 use core::sync::atomic::{AtomicU32, Ordering};
 
@@ -51,7 +52,11 @@ impl<T: ?Sized> Guarded<T> {
     #[inline(always)]
     fn idle(&self) -> Result<(), red_status> {
         // Acquire: pairs with the Release in `Entered::drop`, so that this call sees what the last one did.
-        if self.busy.load(Ordering::Acquire) == 0 { Ok(()) } else { Err(red_status::Busy) }
+        if self.busy.load(Ordering::Acquire) != 0 {
+            cold_path();
+            return Err(red_status::Busy);
+        }
+        Ok(())
     }
 }
 

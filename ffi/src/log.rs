@@ -13,7 +13,13 @@ use red_record::{Header, Recorder, Tape, Writer};
 use std::path::Path;
 
 /// What calls are made on.
-pub(crate) type Calls<'a, C> = Recorder<'a, C>;
+#[inline(always)]
+pub(crate) const fn calls<'a, C: Capacity>(
+    scheduler: &'a mut Scheduler<C>,
+    tape: Option<&'a mut Tape>,
+) -> Recorder<'a, C> {
+    Recorder::new(scheduler, tape)
+}
 
 /// A scheduler of any class that can have a log.
 pub(crate) trait Logged {
@@ -35,40 +41,34 @@ impl<C: Capacity> Logged for Host<C> {
 }
 
 /// Where inputs go, if they go anywhere.
-pub(crate) struct Log {
-    tape: Option<Tape>,
-    writer: Option<Writer>,
-}
+pub(crate) struct Log(Option<Box<(Tape, Writer)>>);
 
 impl Log {
-    pub(crate) const NONE: Self = Self { tape: None, writer: None };
+    pub(crate) const NONE: Self = Self(None);
 
-    /// The scheduler, each of whose inputs is written down if there is a log.
+    /// Where calls are written down.
     #[inline(always)]
-    pub(crate) const fn calls<'a, C: Capacity>(
-        &'a mut self,
-        scheduler: &'a mut Scheduler<C>,
-    ) -> Recorder<'a, C> {
-        Recorder::new(scheduler, self.tape.as_mut())
+    pub(crate) fn tape(&mut self) -> Option<&mut Tape> {
+        self.0.as_mut().map(|log| &mut log.0)
     }
 
     /// Begins a log of a scheduler that was just opened.
     fn begin<C: Capacity>(&mut self, scheduler: &Scheduler<C>, path: &str) -> Result<(), red_status> {
-        if self.writer.is_some() {
+        if self.0.is_some() {
             return Err(red_status::LogLate);
         }
         let program = concat!("libred ", env!("CARGO_PKG_VERSION"));
         let header = Header::by_calls::<C>(program, "by calls", *scheduler.config());
         let (writer, tape) = Writer::start(Path::new(path), &header).map_err(|_| red_status::LogFile)?;
-        *self = Self { tape: Some(tape), writer: Some(writer) };
+        self.0 = Some(Box::new((tape, writer)));
         Ok(())
     }
 
     /// Ends it, and waits until it is written. How many inputs found no room.
     fn end<C: Capacity>(&mut self, scheduler: &mut Scheduler<C>, now: Instant) -> Result<u64, red_status> {
-        let writer = self.writer.take().ok_or(red_status::Idle)?;
-        self.calls(scheduler).end(now);
-        self.tape = None;
+        let (mut tape, writer) = *self.0.take().ok_or(red_status::Idle)?;
+        Recorder::new(scheduler, Some(&mut tape)).end(now);
+        drop(tape);
         let (totals, failed) = writer.finish();
         if failed.is_some() { Err(red_status::LogFile) } else { Ok(totals.dropped) }
     }

@@ -6,7 +6,7 @@ use crate::dag::open_dag;
 use crate::event::{red_event, red_figures};
 use crate::graph::AnyGraph;
 use crate::guard::Guarded;
-use crate::log::{Calls, Log, Logged};
+use crate::log::{Log, Logged, calls};
 use crate::status::{flat, red_status, status};
 use crate::values::{RED_NONE_64, red_dag};
 use red_core::{
@@ -14,6 +14,29 @@ use red_core::{
     Instant, JobId, LaneId, Member, NodeId, Outcome, PoolError, PoolId, Role, Scheduler, SensorError,
     SensorId, TaskId, Timing, Unit, UnitId,
 };
+
+/// Makes a call that changes the scheduler, on `calls`. What comes of it is best used there, too: the call is compiled twice, and
+/// without a log nothing of one is in its way. That is why this is no function: a closure with two callers is not inlined.
+macro_rules! call {
+    ($host:expr, |$calls:ident| $call:expr) => {{
+        let host = &mut *$host;
+        match host.log.tape() {
+            None => {
+                let $calls = &mut calls(&mut host.scheduler, None);
+                $call
+            }
+            tape => apart(|| {
+                let $calls = &mut calls(&mut host.scheduler, tape);
+                $call
+            }),
+        }
+    }};
+}
+
+#[inline(never)]
+fn apart<R>(call: impl FnOnce() -> R) -> R {
+    call()
+}
 
 /// A scheduler, and what this library keeps beside it.
 #[repr(C)] // Every call looks at the log: beside what it touches first.
@@ -34,19 +57,6 @@ impl<C: Capacity> Host<C> {
 
     pub(crate) fn configure(&mut self, config: Config) {
         self.scheduler.configure(config);
-    }
-
-    /// What every call that changes the scheduler is made on.
-    #[inline(always)]
-    fn calls(&mut self) -> Calls<'_, C> {
-        self.log.calls(&mut self.scheduler)
-    }
-
-    /// For calls that set up; a refused one leaves nothing behind.
-    fn set_up<T, E>(&mut self, call: impl FnOnce(&mut Calls<'_, C>) -> Result<T, E>) -> Result<T, E> {
-        let made = call(&mut self.calls())?;
-        self.is_begun = true;
-        Ok(made)
     }
 
     /// A graph of this class whose sensors are there.
@@ -117,7 +127,8 @@ pub(crate) trait Loop {
 #[inline(always)]
 fn put(action: Option<Action>, to: Out<red_action>) {
     let unit = |kind: red_action_kind, dispatch: Dispatch| {
-        let (lane, unit) = (dispatch.lane.index() as u32, dispatch.unit.to_bits());
+        // The lane that the unit has in its name, so that there is one number to write and not two.
+        let (lane, unit) = (dispatch.unit.lane().index() as u32, dispatch.unit.to_bits());
         to.head().put(red_action_head { kind: kind as u32, lane, unit });
     };
     match action {
@@ -151,15 +162,16 @@ impl<C: Capacity> Loop for Shared<C> {
             let out = Out::of(job)?;
             let capture = (capture != RED_NONE_64).then_some(capture);
             let (release, now) = (Instant::from_nanos(release_ns), Instant::from_nanos(now_ns));
-            let released = host.calls().release_at(TaskId::from_bits(task), release, capture, now);
-            Ok(status(released, |id| out.put(id.to_bits())))
+            let task = TaskId::from_bits(task);
+            let put = |id: JobId| out.put(id.to_bits());
+            Ok(call!(host, |calls| status(calls.release_at(task, release, capture, now), put)))
         }))
     }
 
     extern "C" fn poll(&self, now_ns: u64, action: *mut red_action) -> red_status {
         flat(self.enter().and_then(|mut host| {
             let out = Out::of(action)?;
-            put(host.calls().poll(Instant::from_nanos(now_ns)), out);
+            call!(host, |calls| put(calls.poll(Instant::from_nanos(now_ns)), out));
             Ok(red_status::Ok)
         }))
     }
@@ -170,14 +182,15 @@ impl<C: Capacity> Loop for Shared<C> {
             if lane.index() >= host.scheduler.lanes() {
                 return Err(red_status::UnknownLane);
             }
-            put(host.calls().poll_on(lane, Instant::from_nanos(now_ns)), out);
+            call!(host, |calls| put(calls.poll_on(lane, Instant::from_nanos(now_ns)), out));
             Ok(red_status::Ok)
         }))
     }
 
     extern "C" fn complete(&self, unit: u64, now_ns: u64) -> red_status {
         flat(self.enter().map(|mut host| {
-            status(host.calls().complete(UnitId::from_bits(unit), Instant::from_nanos(now_ns)), drop)
+            let (unit, now) = (UnitId::from_bits(unit), Instant::from_nanos(now_ns));
+            call!(host, |calls| status(calls.complete(unit, now), drop))
         }))
     }
 
@@ -185,13 +198,14 @@ impl<C: Capacity> Loop for Shared<C> {
         flat(self.enter().and_then(|mut host| {
             let out = Out::of(action)?;
             let (unit, now) = (UnitId::from_bits(unit), Instant::from_nanos(now_ns));
-            Ok(status(host.calls().complete_and_poll(unit, now), |next| put(next, out)))
+            Ok(call!(host, |calls| status(calls.complete_and_poll(unit, now), |next| put(next, out))))
         }))
     }
 
     extern "C" fn take_events(&self, events: *mut red_event, room: usize, count: *mut usize) -> red_status {
         flat(self.enter().and_then(|mut host| {
-            Room::of(events, room, count)?.take(|| host.calls().take_event().map(red_event::from));
+            Room::of(events, room, count)?
+                .take(|| call!(host, |calls| calls.take_event().map(red_event::from)));
             Ok(red_status::Ok)
         }))
     }
@@ -204,24 +218,28 @@ pub(crate) fn lane_id(number: u32) -> Result<LaneId, red_status> {
 
 impl<C: Capacity> Machine for Host<C> {
     fn add_pool(&mut self, lanes: u8, memory: Option<Bytes>) -> Result<PoolId, PoolError> {
-        let pool = self.set_up(|calls| calls.add_pool(lanes, memory))?;
+        let pool = call!(self, |calls| calls.add_pool(lanes, memory))?;
+        self.is_begun = true;
         self.more_pools += 1;
         Ok(pool)
     }
 
     fn add_sensor(&mut self, period: Duration) -> Result<SensorId, SensorError> {
-        let sensor = self.set_up(|calls| calls.add_sensor(period))?;
+        let sensor = call!(self, |calls| calls.add_sensor(period))?;
+        self.is_begun = true;
         self.sensors = self.sensors.max(sensor.index() + 1);
         Ok(sensor)
     }
 
     fn add_task(&mut self, graph: &AnyGraph, timing: Timing) -> Result<TaskId, red_status> {
         let dag = self.graph(graph)?;
-        Ok(self.set_up(|calls| calls.add_task(dag, timing))?)
+        let task = call!(self, |calls| calls.add_task(dag, timing))?;
+        self.is_begun = true;
+        Ok(task)
     }
 
     fn remove_task(&mut self, task: TaskId, now: Instant) -> bool {
-        self.calls().remove_task(task, now)
+        call!(self, |calls| calls.remove_task(task, now))
     }
 
     fn edit(&self, task: TaskId, memory: Memory) -> Result<red_dag, red_status> {
@@ -230,7 +248,7 @@ impl<C: Capacity> Machine for Host<C> {
 
     fn commit(&mut self, graph: &AnyGraph, now: Instant) -> Result<Certificate, red_status> {
         let dag = self.graph(graph)?;
-        Ok(self.calls().commit(dag, now)?)
+        Ok(call!(self, |calls| calls.commit(dag, now))?)
     }
 
     fn certificate(&self, task: TaskId) -> Option<Certificate> {
@@ -238,19 +256,19 @@ impl<C: Capacity> Machine for Host<C> {
     }
 
     fn fail(&mut self, unit: UnitId, now: Instant) -> Result<(), CompleteError> {
-        self.calls().fail(unit, now)
+        call!(self, |calls| calls.fail(unit, now))
     }
 
     fn take_outcome(&mut self) -> Option<Outcome> {
-        self.calls().take_outcome()
+        call!(self, |calls| calls.take_outcome())
     }
 
     fn retire_lane(&mut self, lane: LaneId) -> bool {
-        self.calls().retire_lane(lane)
+        call!(self, |calls| calls.retire_lane(lane))
     }
 
     fn restore_lane(&mut self, lane: LaneId) -> bool {
-        self.calls().restore_lane(lane)
+        call!(self, |calls| calls.restore_lane(lane))
     }
 
     fn poll_at(&self) -> Option<Instant> {

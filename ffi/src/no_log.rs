@@ -1,10 +1,17 @@
 //! The core alone writes no logs.
 
 use crate::machine::Host;
+use core::convert::Infallible;
 use red_core::{Capacity, Scheduler};
 
-/// What calls are made on.
-pub(crate) type Calls<'a, C> = &'a mut Scheduler<C>;
+/// What calls are made on: the scheduler itself.
+#[inline(always)]
+pub(crate) const fn calls<C: Capacity>(
+    scheduler: &mut Scheduler<C>,
+    _tape: Option<Infallible>,
+) -> &mut Scheduler<C> {
+    scheduler
+}
 
 /// Nothing more than a scheduler.
 pub(crate) trait Logged {}
@@ -16,12 +23,10 @@ pub(crate) struct Log;
 impl Log {
     pub(crate) const NONE: Self = Self;
 
-    /// The scheduler itself.
+    /// Nowhere.
     #[inline(always)]
-    pub(crate) fn calls<'a, C: Capacity>(
-        &'a mut self,
-        scheduler: &'a mut Scheduler<C>,
-    ) -> &'a mut Scheduler<C> {
-        scheduler
+    #[expect(clippy::unused_self, reason = "a log has one")]
+    pub(crate) const fn tape(&mut self) -> Option<Infallible> {
+        None
     }
 }

@@ -122,15 +122,8 @@ impl<'a, C: Capacity> Recorder<'a, C> {
     #[inline(always)]
     pub fn complete_and_poll(&mut self, unit: UnitId, now: Instant) -> Result<Option<Action>, CompleteError> {
         if self.tape.is_none() {
-            self.scheduler.complete_and_poll(unit, now)
-        } else {
-            self.reported(unit, now)
+            return self.scheduler.complete_and_poll(unit, now);
         }
-    }
-
-    /// Apart, so that a run without a log has nothing of it in its way.
-    #[inline(never)]
-    fn reported(&mut self, unit: UnitId, now: Instant) -> Result<Option<Action>, CompleteError> {
         self.complete(unit, now)?;
         Ok(self.poll_on(unit.lane(), now))
     }
