@@ -26,7 +26,7 @@ pub(crate) enum Object {
     Scheduler(*const AnyMachine),
     Dag(*const Guarded<AnyGraph>),
     #[cfg_attr(not(feature = "runtime"), expect(dead_code, reason = "the core alone opens none"))]
-    Runtime(*const Engine),
+    Runtime(*mut Engine),
 }
 
 #[repr(C, align(64))] // One line of the cache, and no multiplication to find it.
