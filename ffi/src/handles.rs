@@ -172,3 +172,6 @@ pub(crate) fn close(bits: u64) -> Result<(), red_status> {
     let place = TABLE.get(bits as usize & 0xff).ok_or(red_status::Foreign)?;
     if place.name.end(bits) { Ok(()) } else { Err(refusal(bits)) }
 }
+
+#[cfg(test)]
+mod tests;
