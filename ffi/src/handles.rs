@@ -26,7 +26,7 @@ pub(crate) enum Object {
     Scheduler(*const AnyMachine),
     Dag(*const Guarded<AnyGraph>),
     #[cfg_attr(not(feature = "runtime"), expect(dead_code, reason = "the core alone opens none"))]
-    Runtime(*const Engine),
+    Runtime(*mut Engine),
 }
 
 #[repr(C, align(64))] // One line of the cache, and no multiplication to find it.
@@ -34,7 +34,7 @@ struct Place {
     /// The handle of what is open here.
     name: Name,
     object: UnsafeCell<Object>,
-    /// Somebody opens or closes here.
+    /// Somebody opens here.
     claimed: AtomicU32,
     /// Addresses of the object's memory.
     start: AtomicUsize,
@@ -59,7 +59,18 @@ impl Place {
         self.name.get() as u32 != 0
     }
 
-    /// Keeps everybody else from opening or closing here.
+    /// Whether what is open here lies in some of these addresses.
+    fn overlaps(&self, range: &Range<usize>) -> bool {
+        let name = self.name.get();
+        // Acquire: pairs with the Release in `open`.
+        let lies = || {
+            self.start.load(Ordering::Acquire) < range.end && range.start < self.end.load(Ordering::Acquire)
+        };
+        // If it was closed meanwhile, start and end may be of two different ones.
+        name as u32 != 0 && lies() && self.name.get() == name
+    }
+
+    /// Keeps everybody else from opening here.
     fn claim(&self) -> Option<Claim<'_>> {
         // Acquire: pairs with the Release in `Claim`.
         #[cfg(target_has_atomic = "32")]
@@ -131,10 +142,7 @@ pub(crate) fn graph(bits: u64) -> Result<&'static Guarded<AnyGraph>, red_status>
 
 /// Opens what `make` makes in memory of these addresses; its handle.
 pub(crate) fn open(range: &Range<usize>, make: impl FnOnce() -> Object) -> Result<u64, red_status> {
-    let overlaps = |place: &Place| {
-        place.start.load(Ordering::Relaxed) < range.end && range.start < place.end.load(Ordering::Relaxed)
-    };
-    if TABLE.iter().any(|place| place.is_open() && overlaps(place)) {
+    if TABLE.iter().any(|place| place.overlaps(range)) {
         return Err(red_status::Overlap);
     }
     for (i, place) in TABLE.iter().enumerate().skip(1) {
@@ -146,8 +154,9 @@ pub(crate) fn open(range: &Range<usize>, make: impl FnOnce() -> Object) -> Resul
         if place.is_open() {
             continue;
         }
-        place.start.store(range.start, Ordering::Relaxed);
-        place.end.store(range.end, Ordering::Relaxed);
+        // Release: pairs with the Acquire in `Place::overlaps`, which then sees that the name before is gone.
+        place.start.store(range.start, Ordering::Release);
+        place.end.store(range.end, Ordering::Release);
         // SAFETY: nothing is open here and the claim is ours, so nobody else looks at it.
         unsafe { *place.object.get() = make() };
         let name = (place.name.get() >> 32).wrapping_add(1) << 32 | u64::from(copy()) | i as u64;
@@ -157,13 +166,12 @@ pub(crate) fn open(range: &Range<usize>, make: impl FnOnce() -> Object) -> Resul
     Err(red_status::TooManyOpen)
 }
 
-/// Closes the handle of what was just found; its memory is C's again.
+/// Closes the handle of what was just found; its memory is C's again. It waits for nobody: who opens may have claimed the
+/// place, and then sees that it is not free.
 pub(crate) fn close(bits: u64) -> Result<(), red_status> {
     let place = TABLE.get(bits as usize & 0xff).ok_or(red_status::Foreign)?;
-    let _claim = place.claim().ok_or(red_status::Busy)?;
-    let _open = object(bits).ok_or_else(|| refusal(bits))?;
-    place.name.set(bits >> 32 << 32);
-    // SAFETY: nothing is open here and the claim is ours.
-    unsafe { *place.object.get() = Object::Nothing };
-    Ok(())
+    if place.name.end(bits) { Ok(()) } else { Err(refusal(bits)) }
 }
+
+#[cfg(test)]
+mod tests;

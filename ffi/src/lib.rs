@@ -50,6 +50,8 @@ mod runtime;
 mod scheduler;
 mod status;
 mod tasks;
+#[cfg(test)]
+mod tests;
 mod values;
 
 #[cfg(not(feature = "runtime"))]

@@ -136,5 +136,6 @@ pub extern "C" fn red_scheduler_take_events(
     run(scheduler, |machine| machine.take_events(events, room, count))
 }
 
-#[cfg(test)]
+// A graph of the largest class takes the interpreter minutes.
+#[cfg(all(test, not(miri)))]
 mod tests;

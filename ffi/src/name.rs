@@ -22,6 +22,12 @@ mod whole {
             // Release: pairs with the Acquire in `get`.
             self.0.store(name, Ordering::Release);
         }
+
+        /// Ends this name, if it is still that one.
+        pub(crate) fn end(&self, name: u64) -> bool {
+            // Release: pairs with the Acquire in `get`, so that who opens comes after all calls on what was there.
+            self.0.compare_exchange(name, name >> 32 << 32, Ordering::Release, Ordering::Relaxed).is_ok()
+        }
     }
 }
 
@@ -51,6 +57,16 @@ mod halves {
             self.high.store((name >> 32) as u32, Ordering::Relaxed);
             // Release: pairs with the Acquire in `get`.
             self.low.store(name as u32, Ordering::Release);
+        }
+
+        /// Ends this name, if it is still that one. Who interrupts here does not close what this call closes.
+        pub(crate) fn end(&self, name: u64) -> bool {
+            let is_it = self.get() == name;
+            if is_it {
+                // Release: pairs with the Acquire in `get`, so that who opens comes after all calls on what was there.
+                self.low.store(0, Ordering::Release);
+            }
+            is_it
         }
     }
 }

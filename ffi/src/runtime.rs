@@ -18,6 +18,8 @@ mod report;
 mod run;
 mod set_up;
 mod tasks;
+#[cfg(test)]
+mod tests;
 pub(crate) mod text;
 mod values;
 

@@ -336,5 +336,6 @@ pub(crate) fn flat(answer: Result<red_status, red_status>) -> red_status {
     }
 }
 
-#[cfg(test)]
+// Of texts, which the interpreter is slow to compare.
+#[cfg(all(test, not(miri)))]
 mod tests;

@@ -66,7 +66,11 @@ const STEPS: &[Step] = &[
     Step { name: "examples", what: "every example runs", run: examples },
     Step { name: "deny", what: "licences, sources and duplicates of the dependencies", run: deny },
     Step { name: "fuzz", what: "random inputs for the readers and the calls", run: fuzz::step },
-    Step { name: "miri", what: "unit tests of core and synchronizers in an interpreter", run: miri::step },
+    Step {
+        name: "miri",
+        what: "unit tests of core, synchronizers and C ABI in an interpreter",
+        run: miri::step,
+    },
     Step {
         name: "sanitizers",
         what: "races of lanes under stress, and what unsafe code does to memory",

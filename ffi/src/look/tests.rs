@@ -1,33 +1,22 @@
 use super::*;
+use crate::tests::{Block, headed, ok};
 use crate::*;
-use core::ffi::c_void;
 
 const NODES: usize = 255;
 const JOBS: usize = 2;
 
-fn ok(status: red_status) {
-    assert_eq!(status, red_status::Ok);
-}
-
-/// A struct that may grow, with its head.
-macro_rules! headed {
-    ($name:ident { $($field:ident: $value:expr),* }) => {
-        $name { struct_size: size_of::<$name>() as u32, abi_version: RED_ABI_VERSION, $($field: $value,)* ..$name::EMPTY }
-    };
-}
-
 #[test]
 fn a_unit_of_more_members_than_a_graph_has_nodes_is_told_whole() {
     // Encoders of one frame in two jobs share one execution: more than any graph has nodes.
-    let mut memory = vec![0_u64; RED_SCHEDULER_16X256X64_BYTES / 8];
-    let mut dag_memory = vec![0_u64; RED_DAG_16X256X64_BYTES / 8];
+    let memory = Block::aligned(RED_SCHEDULER_16X256X64_BYTES, RED_ALIGN);
+    let dag_memory = Block::aligned(RED_DAG_16X256X64_BYTES, RED_ALIGN);
     let (mut scheduler, mut dag) = (red_scheduler::default(), red_dag::default());
     let (mut number, mut task) = (0, 0);
     let mut config = headed!(red_config {});
     ok(red_config_preset(red_preset::Redrt as u32, &raw mut config));
-    let (at, bytes) = (memory.as_mut_ptr().cast::<c_void>(), RED_SCHEDULER_16X256X64_BYTES);
+    let (at, bytes) = (memory.lent(0), memory.bytes());
     ok(red_scheduler_open_16x256x64(at, bytes, &raw const config, &raw mut scheduler));
-    ok(red_dag_open_16x256x64(dag_memory.as_mut_ptr().cast(), RED_DAG_16X256X64_BYTES, &raw mut dag));
+    ok(red_dag_open_16x256x64(dag_memory.lent(0), dag_memory.bytes(), &raw mut dag));
     let encoder = headed!(red_node { role: red_role::SharedEncoder as u32, wcet_ns: 10, sensor: RED_NONE });
     for _ in 0..NODES {
         ok(red_dag_add_node(&raw mut dag, &raw const encoder, &raw mut number));

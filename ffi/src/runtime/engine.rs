@@ -85,16 +85,20 @@ pub(crate) struct Engine {
     forks: u32,
 }
 
-/// The runtime of a handle.
-pub(crate) fn engine(bits: u64) -> Result<&'static Engine, red_status> {
+/// Where the runtime of a handle lies.
+fn place(bits: u64) -> Result<*mut Engine, red_status> {
     match handles::object(bits) {
-        Some(Object::Runtime(engine)) => {
-            // SAFETY: it was leaked at `open` and is freed at `close`, after which its handle is not found.
-            let engine = unsafe { &*engine };
-            if engine.forks == fork::generation() { Ok(engine) } else { Err(red_status::Forked) }
-        }
+        Some(Object::Runtime(engine)) => Ok(engine),
         _ => Err(handles::refusal(bits)),
     }
+}
+
+/// The runtime of a handle.
+pub(crate) fn engine(bits: u64) -> Result<&'static Engine, red_status> {
+    let engine = place(bits)?;
+    // SAFETY: it was leaked at `open` and is freed at `close`, after which its handle is not found.
+    let engine = unsafe { &*engine };
+    if engine.forks == fork::generation() { Ok(engine) } else { Err(red_status::Forked) }
 }
 
 impl Engine {
@@ -132,7 +136,8 @@ impl Engine {
 
     /// Stops the runtime, waits for its end and frees it.
     pub(crate) fn close(bits: u64) -> Result<(), red_status> {
-        let engine = engine(bits)?;
+        // What is freed is the address that `open` had: a reference to it only looks.
+        let (place, engine) = (place(bits)?, engine(bits)?);
         if is_in_body() {
             return Err(red_status::Busy);
         }
@@ -148,7 +153,7 @@ impl Engine {
             let _panicked = thread.join();
         }
         // SAFETY: made by `open`; its handle is closed, and callers keep their other calls from going on meanwhile.
-        drop(unsafe { Box::from_raw(core::ptr::from_ref(engine).cast_mut()) });
+        drop(unsafe { Box::from_raw(place) });
         Ok(())
     }
 
