@@ -104,7 +104,7 @@ fn what_repeats_a_violation_is_kept_and_named() {
 #[test]
 fn a_soak_of_few_workloads_is_not_clean() {
     // The heap is not judged either; in the second, where threads died, it never is.
-    for words in [&["--workloads", "13"][..], &["--workloads", "2", "--apart"]] {
+    for words in [&["--workloads", "11"][..], &["--workloads", "2", "--apart"]] {
         let (output, text, _) = soak("few", words);
         assert_eq!(output.status.code(), Some(1), "{text}");
         assert!(text.contains("soak: not clean") && text.contains("too short to judge"), "{text}");
