@@ -20,13 +20,14 @@ use red_core::{
 macro_rules! call {
     ($host:expr, |$calls:ident| $call:expr) => {{
         let host = &mut *$host;
-        match host.log.tape() {
+        let (log, scheduler) = (&mut host.log, &mut host.scheduler);
+        match log.tape() {
             None => {
-                let $calls = &mut calls(&mut host.scheduler, None);
+                let $calls = &mut calls(scheduler, None);
                 $call
             }
-            tape => apart(|| {
-                let $calls = &mut calls(&mut host.scheduler, tape);
+            tape => apart(move || {
+                let $calls = &mut calls(scheduler, tape);
                 $call
             }),
         }
