@@ -2,8 +2,8 @@
 
 use red_core::{Action, Caps, Instant, Scheduler};
 use red_sync::{
-    Exclusive, HandlerCell, HandlerState, Mailbox, Post, Request, Requests, SharedScheduler, TicketLock,
-    TransitionError,
+    Exclusive, HandlerCell, HandlerState, Mailbox, Post, Request, Requests, SeqLock, SharedScheduler,
+    TicketLock, TransitionError,
 };
 
 type C = Caps<4, 16, 16>;
@@ -23,6 +23,9 @@ mod entry {
         fn HandlerCell_state(cell: &HandlerCell) -> HandlerState { cell.state() }
         fn Mailbox_new() -> Box { Box::new() }
         fn Mailbox_claim(mailbox: &Box) -> Option<Post<'_, Request, 8>> { mailbox.claim() }
+        fn SeqLock_new() -> SeqLock<3> { SeqLock::new() }
+        fn SeqLock_write(words: &SeqLock<3>, new: [*mut (); 3]) { words.write(new) }
+        fn SeqLock_read(words: &SeqLock<3>) -> Option<[*mut (); 3]> { words.read() }
         fn Mailbox_pop(mailbox: &Box) -> Option<Request> { mailbox.pop() }
         fn Post_push(post: &Post<'_, Request, 8>, letter: Request) -> Result<(), Request> { post.push(letter) }
         fn Post_drop(post: Post<'_, Request, 8>) { drop(post) }
