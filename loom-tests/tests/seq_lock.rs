@@ -76,7 +76,9 @@ fn writers_that_take_turns_are_one() {
         });
         let found = seen(&*pair);
         assert!(found.is_none_or(|number| number <= 2));
-        writers.map(|writer| writer.join().unwrap());
+        for writer in writers {
+            writer.join().unwrap();
+        }
         assert!(matches!(seen(&*pair), Some(1 | 2)), "nothing, though nobody writes");
     });
 }
