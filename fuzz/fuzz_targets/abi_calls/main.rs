@@ -117,7 +117,9 @@ fuzz_target!(|bytes: &[u8]| {
     let sizes = match first {
         0..236 => Sizes { classes: 1, crowd: false },
         236..250 => Sizes { classes: 2, crowd: false },
-        250..254 => Sizes { classes: 3, crowd: false },
+        // To compare a scheduler of the largest class costs as much as fifty executions.
+        250..254 if rest.first().is_some_and(|byte| byte % 8 == 0) => Sizes { classes: 3, crowd: false },
+        250..254 => Sizes { classes: 2, crowd: false },
         _ => Sizes { classes: 1, crowd: true },
     };
     ARENA.with_borrow_mut(|arena| {

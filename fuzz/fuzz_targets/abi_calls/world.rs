@@ -20,6 +20,10 @@ pub(crate) const CLOSED: u8 = 0xDB;
 /// What is looked at after each call, and how often the larger classes are.
 const FEW: usize = 16;
 const OFTEN: usize = 8;
+/// Calls between two looks at what is large, while everything ends.
+const RARELY: usize = 64;
+/// Bytes of closed memory that are looked at after every call.
+const SMALL: usize = 1 << 15;
 
 /// Handles that the library's table has room for.
 const MOST_OPEN: usize = 255;
@@ -136,7 +140,7 @@ impl<'a> World<'a> {
         self.calls += 1;
         self.watched.clear();
         let first = if self.open.len() > FEW { self.calls * FEW % self.open.len() } else { 0 };
-        let often = self.calls.is_multiple_of(OFTEN);
+        let often = self.calls.is_multiple_of(if self.careful { RARELY } else { OFTEN });
         for open in self.open.iter_mut().skip(first).take(FEW).filter(|open| open.class == 0 || often) {
             if std::mem::take(&mut open.is_stale) {
                 self.arena.accept(open.own.clone());
@@ -333,7 +337,9 @@ impl<'a> World<'a> {
             }
         }
         changed.into_iter().for_each(|at| self.open[at].is_stale = true);
-        if let Some(closed) = &self.closed {
+        // What was written there stays to be seen.
+        let is_due = |closed: &&Range<usize>| closed.len() <= SMALL || self.calls.is_multiple_of(OFTEN);
+        if let Some(closed) = self.closed.as_ref().filter(is_due) {
             self.is_untouched(closed.clone());
         }
     }
