@@ -110,21 +110,21 @@ fn seat(machine: &'static Machine) -> Result<Runner, NotRun> {
     let step = {
         let (seats, mut sleeper) = (Arc::clone(&seats), Sleeper::spinning());
         move || {
-            if let Some((unit, work)) = await_unit(&seats.there, &mut sleeper, ANSWER_NS) {
-                seats.back.hand(unit, &work);
+            if let Some(work) = await_unit(&seats.there, &mut sleeper, ANSWER_NS) {
+                seats.back.hand(&work);
             }
         }
     };
     let (mut turn, mut sleeper) = (0, Sleeper::spinning());
     back_and_forth(machine, step, move || {
         turn += 1;
-        seats.there.hand(UnitId::from_bits(turn), &Work::default());
+        seats.there.hand(&Work { unit: UnitId::from_bits(turn), ..Work::default() });
         await_unit(&seats.back, &mut sleeper, GONE_NS).is_some()
     })
 }
 
-/// The unit that comes within `patience_ns`.
-fn await_unit(seat: &Seat, sleeper: &mut Sleeper, patience_ns: u64) -> Option<(UnitId, Work)> {
+/// What comes within `patience_ns`.
+fn await_unit(seat: &Seat, sleeper: &mut Sleeper, patience_ns: u64) -> Option<Work> {
     let until = Some(now_ns() + patience_ns);
     loop {
         if let Some(handed) = seat.take() {

@@ -67,7 +67,12 @@ pub(crate) fn from_rust(setup: &Setup<'_>) -> Result<Runner, NotRun> {
 
 /// The same calls through the C ABI.
 pub(crate) fn through_abi(setup: &Setup<'_>) -> Result<Runner, NotRun> {
-    abi::build(setup)
+    abi::linked(setup)
+}
+
+/// The same calls of the shared library, as it ships.
+pub(crate) fn through_library(setup: &Setup<'_>) -> Result<Runner, NotRun> {
+    abi::loaded(setup)
 }
 
 /// Two lanes under one lock.

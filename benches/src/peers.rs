@@ -92,8 +92,11 @@ pub(crate) const RECORDED: &[Contestant] =
 pub(crate) const FROM_RUST: &str = "from Rust";
 
 /// One lane, called from Rust and through the C ABI.
-pub(crate) const THROUGH_ABI: &[Contestant] =
-    &[Contestant::peer(FROM_RUST, ours::from_rust), Contestant::ours("through the C ABI", ours::through_abi)];
+pub(crate) const THROUGH_ABI: &[Contestant] = &[
+    Contestant::peer(FROM_RUST, ours::from_rust),
+    Contestant::ours("through the C ABI", ours::through_abi),
+    Contestant::ours("libred_core.so", ours::through_library),
+];
 
 fn ideal(setup: &Setup<'_>) -> Result<Runner, NotRun> {
     let (body, bodies) = (setup.body, setup.graph.makespan(setup.lanes));

@@ -116,7 +116,7 @@ enum red_status
    */
   RED_STATUS_VERSION = 5,
   /**
-   * A field that this library does not know is not zero: the header is newer than the library.
+   * A field that this library does not know, or a reserved one, is not zero: the header is newer than the library.
    */
   RED_STATUS_UNKNOWN_FIELD = 6,
   /**
@@ -140,7 +140,7 @@ enum red_status
    */
   RED_STATUS_BUSY = 11,
   /**
-   * The memory overlaps with that of something open.
+   * The memory overlaps with that of something open, or has the place of the answer in it.
    */
   RED_STATUS_OVERLAP = 12,
   /**
@@ -180,7 +180,7 @@ enum red_status
    */
   RED_STATUS_SECOND_ENCODER = 24,
   /**
-   * No such node in this graph.
+   * No such node in this graph, or it was named twice.
    */
   RED_STATUS_UNKNOWN_NODE = 25,
   /**
@@ -220,7 +220,7 @@ enum red_status
    */
   RED_STATUS_UNKNOWN_TASK = 46,
   /**
-   * Another commit came between: begin the edit again.
+   * Another commit came between, or the graph is no edit of this task: begin the edit again.
    */
   RED_STATUS_CONFLICT = 47,
   /**
@@ -256,7 +256,7 @@ enum red_status
    */
   RED_STATUS_JOBS_FULL = 60,
   /**
-   * The release, or its deadline, lies beyond 2^63 ns.
+   * A time is too long, or a release or its deadline lies beyond 2^63 ns.
    */
   RED_STATUS_TIME_OVERFLOW = 61,
   /**
@@ -304,7 +304,7 @@ enum red_status
    */
   RED_STATUS_STARTED = 86,
   /**
-   * The runtime was not started.
+   * The runtime was not started, or there is no log.
    */
   RED_STATUS_IDLE = 87,
   /**
@@ -1752,7 +1752,8 @@ red_status red_dag_remove_edge(red_dag *dag, uint32_t from, uint32_t to);
 
 /**
  * Replaces a node by a shared encoder and its decoders (paper Def. 6, Alg. 1). Edges into it lead to the encoder, edges
- * out of it leave every decoder. Later nodes move up: decoder j is node `encoder_number` + 1 + j.
+ * out of it leave every decoder. Later nodes move up: decoder j is node `encoder_number` + 1 + j. So a graph that
+ * an edit gave is no edit any more: its commit is refused.
  *
  * Threads: one at a time on a graph. Real time: yes. Time: O(nodes + edges * decoders). Errors: RED_STATUS_UNKNOWN_NODE,
  * RED_STATUS_NO_DECODER, RED_STATUS_NODES_FULL, RED_STATUS_WORK_OVERFLOW, and those of the nodes.
@@ -1951,7 +1952,7 @@ red_status red_scheduler_restore_lane(red_scheduler *scheduler,
 
 /**
  * Records every input of a scheduler from here on in a log at `path` (UTF-8), which `redrt replay` feeds to a scheduler again.
- * Directly after the scheduler was opened. Writing is done by a thread of its own; calls on the scheduler write to memory.
+ * Directly after the scheduler was opened: before it was set up, a lane retired, or time passed. Writing is done by a thread of its own; calls on the scheduler write to memory.
  * Part of libred, not of libred_core.
  *
  * Threads: one at a time on a scheduler. Real time: no. Time: one file is created. Errors: RED_STATUS_TEXT,
@@ -1966,7 +1967,8 @@ red_status red_record_begin(red_scheduler *scheduler,
  * not of libred_core.
  *
  * Threads: one at a time on a scheduler. Real time: no. Time: until it is written. Errors: RED_STATUS_IDLE: there is no log;
- * RED_STATUS_LOG_FILE: it could not be written to its end.
+ * RED_STATUS_LOG_FILE: it could not be written to its end, and is ended all the same; RED_STATUS_FORKED: it is the
+ * parent's.
  */
 red_status red_record_end(red_scheduler *scheduler,
                           uint64_t now_ns,
@@ -2055,10 +2057,12 @@ red_status red_runtime_open(const red_config *policy,
                             red_runtime *runtime);
 
 /**
- * Stops a runtime, waits for its end, and frees it. No other call on it may go on or follow.
+ * Stops a runtime, waits for its end and for other calls on it that go on, and frees it. Calls that come later, by copies of
+ * the handle, are RED_STATUS_CLOSED. A body that hung, as red_report counts them, may still run afterwards, and has to find
+ * what it uses.
  *
- * Threads: one. Real time: no. Time: until the bodies that run have returned, as long as the watchdog gives them. Errors:
- * RED_STATUS_CLOSED; RED_STATUS_BUSY: from a body; RED_STATUS_FORKED.
+ * Threads: any but a body's, at once: of several, one closes it. Real time: no. Time: until the bodies that run have returned,
+ * as long as the watchdog gives them. Errors: RED_STATUS_CLOSED; RED_STATUS_BUSY: from a body; RED_STATUS_FORKED.
  */
 red_status red_runtime_close(red_runtime *runtime);
 
@@ -2088,8 +2092,9 @@ red_status red_runtime_message(const red_runtime *runtime,
 red_status red_runtime_report(const red_runtime *runtime, red_report *report);
 
 /**
- * Starts the lanes. In real time memory is locked and each lane pinned; if a right is missing nothing runs, and
- * red_runtime_message says which and how to get it. No signal handler is installed.
+ * Starts the lanes. In real time each lane is pinned, and as long as one is running all memory of the process is locked,
+ * what comes later too, and the C library's allocator gives back none; if a right is missing nothing runs, nothing is
+ * changed, and red_runtime_message says which and how to get it. No signal handler is installed.
  *
  * Threads: any but a body's. Real time: no. Time: until all lanes are ready. Errors: RED_STATUS_NOT_PERMITTED,
  * RED_STATUS_CPUS, RED_STATUS_SYSTEM: after these the runtime can only be closed, and calls that set it up
@@ -2122,7 +2127,8 @@ red_status red_runtime_stop(const red_runtime *runtime);
  * Waits until the runtime has ended, at most `timeout_ns`; RED_NONE_64: as long as it takes.
  *
  * Threads: any but a body's, at once. Real time: no. Time: the timeout. Errors: RED_STATUS_TIMEOUT: it goes on;
- * RED_STATUS_IDLE: not started; RED_STATUS_BUSY: from a body; RED_STATUS_FORKED.
+ * RED_STATUS_IDLE: not started; RED_STATUS_BUSY: from a body; RED_STATUS_FORKED; RED_STATUS_SYSTEM: a lane did not come up,
+ * red_runtime_message says why.
  */
 red_status red_runtime_wait(const red_runtime *runtime,
                             uint64_t timeout_ns);
@@ -2272,7 +2278,8 @@ red_status red_runtime_edit(red_runtime *runtime,
 
 /**
  * Applies an edit to the jobs that are released from now on; jobs in flight keep the graph of their release. `callbacks` has a
- * body for each node that is new; others keep theirs.
+ * body for each node that is new; others keep theirs. An edit that was begun on another runtime is none of this one's:
+ * RED_STATUS_CONFLICT.
  *
  * Threads: any but a body's, at once, while nobody changes the graph. Real time: no. Time: until a lane has a turn. Errors:
  * RED_STATUS_UNKNOWN_TASK, RED_STATUS_CONFLICT, RED_STATUS_DRAINING, RED_STATUS_EMPTY_GRAPH, RED_STATUS_UNKNOWN_POOL,
@@ -2336,9 +2343,9 @@ red_status red_scheduler_open_16x256x64(void *memory,
                                         red_scheduler *scheduler);
 
 /**
- * Closes a scheduler; its memory is the caller's again.
+ * Closes a scheduler; its memory is the caller's again. A log that red_record_end did not end is let go, and is not whole.
  *
- * Threads: one at a time on a scheduler. Real time: yes. Time: O(1). Errors: RED_STATUS_CLOSED.
+ * Threads: one at a time on a scheduler. Real time: yes, without a log. Time: O(1). Errors: RED_STATUS_CLOSED.
  */
 red_status red_scheduler_close(red_scheduler *scheduler);
 
@@ -2463,7 +2470,8 @@ red_status red_scheduler_edit(const red_scheduler *scheduler,
                               red_dag *dag);
 
 /**
- * Applies an edit to the jobs that are released from now on; jobs in flight keep the graph of their release.
+ * Applies an edit to the jobs that are released from now on; jobs in flight keep the graph of their release. An edit that was
+ * begun on another scheduler is none of this one's: RED_STATUS_CONFLICT.
  *
  * Threads: one at a time on a scheduler, while nobody changes the graph. Real time: no. Time: O(nodes log nodes + lanes *
  * (nodes + edges)). Errors: RED_STATUS_UNKNOWN_TASK, RED_STATUS_CONFLICT, RED_STATUS_DRAINING, RED_STATUS_EMPTY_GRAPH,
@@ -2482,7 +2490,11 @@ red_status red_scheduler_commit(red_scheduler *scheduler,
 #endif  /* RED_H */
 
 /* What a struct that may grow begins with: its size and the version of the ABI that it was compiled for. */
+#ifdef __cplusplus
+#define RED_HEAD(type) static_cast<uint32_t>(sizeof(type)), RED_ABI_VERSION
+#else
 #define RED_HEAD(type) (uint32_t)sizeof(type), RED_ABI_VERSION
+#endif
 
 #define RED_CONFIG_INIT {RED_HEAD(red_config), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}
 #define RED_NODE_INIT {RED_HEAD(red_node), 0, 0, 0, 0, 0, 0, 0, 0, 0, RED_NONE}

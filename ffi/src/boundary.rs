@@ -322,6 +322,13 @@ impl<T> Place<T> {
         self.at
     }
 
+    /// What is answered goes elsewhere: it would be written over what is made here.
+    pub(crate) fn apart_from<O>(&self, out: &Out<O>) -> Result<(), red_status> {
+        let answer = out.0.addr()..out.0.addr().saturating_add(size_of::<O>());
+        let is_within = answer.start < self.end && self.at.addr() < answer.end;
+        if is_within { Err(red_status::Overlap) } else { Ok(()) }
+    }
+
     /// Makes a `T` there.
     #[inline(always)]
     pub(crate) fn make(&self, value: T) {

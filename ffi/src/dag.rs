@@ -3,7 +3,7 @@
 
 use crate::boundary::{GrowingArray, Memory, Out, Place, take, take_growing};
 use crate::capacity::{Large, Medium, Small};
-use crate::graph::{AnyGraph, MOST_NODES};
+use crate::graph::{AnyGraph, Held, MOST_NODES};
 use crate::guard::Guarded;
 use crate::handles::{self, Object};
 use crate::node::red_node;
@@ -18,20 +18,27 @@ pub(crate) fn node_id(number: u32) -> Result<NodeId, red_status> {
 }
 
 /// A graph in memory of C's.
-pub(crate) type Lent<C> = Guarded<Dag<C>>;
+pub(crate) type Lent<C> = Guarded<Held<C>>;
 
-/// Makes a graph in memory of C's and opens it.
-pub(crate) fn open_dag<C: Capacity>(place: &Place<Lent<C>>, dag: Dag<C>) -> Result<red_dag, red_status> {
+/// Makes a graph in memory of C's, opens it and answers its handle: an edit that was begun on `begun_on`, or none.
+pub(crate) fn open_dag<C: Capacity>(
+    place: &Place<Lent<C>>,
+    dag: Dag<C>,
+    begun_on: u64,
+    out: Out<red_dag>,
+) -> Result<(), red_status> {
+    place.apart_from(&out)?;
     let make = || {
-        place.make(Guarded::new(dag));
+        place.make(Guarded::new(Held { dag, begun_on }));
         Object::Dag(place.pointer())
     };
-    Ok(red_dag { bits: handles::open(&place.range(), make)? })
+    out.put(red_dag { bits: handles::open(&place.range(), make)? });
+    Ok(())
 }
 
 fn open<C: Capacity>(memory: *mut c_void, bytes: usize, dag: *mut red_dag) -> red_status {
-    flat(Out::of(dag).and_then(|dag| {
-        dag.put(open_dag(&Memory::of(memory, bytes).room_for::<Lent<C>>()?, Dag::new())?);
+    flat(Out::of(dag).and_then(|out| {
+        open_dag(&Memory::of(memory, bytes).room_for::<Lent<C>>()?, Dag::new(), 0, out)?;
         Ok(red_status::Ok)
     }))
 }
@@ -134,7 +141,8 @@ pub extern "C" fn red_dag_remove_edge(dag: *mut red_dag, from: u32, to: u32) -> 
 }
 
 /// Replaces a node by a shared encoder and its decoders (paper Def. 6, Alg. 1). Edges into it lead to the encoder, edges
-/// out of it leave every decoder. Later nodes move up: decoder j is node `encoder_number` + 1 + j.
+/// out of it leave every decoder. Later nodes move up: decoder j is node `encoder_number` + 1 + j. So a graph that
+/// an edit gave is no edit any more: its commit is refused.
 ///
 /// Threads: one at a time on a graph. Real time: yes. Time: O(nodes + edges * decoders). Errors: RED_STATUS_UNKNOWN_NODE,
 /// RED_STATUS_NO_DECODER, RED_STATUS_NODES_FULL, RED_STATUS_WORK_OVERFLOW, and those of the nodes.

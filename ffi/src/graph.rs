@@ -48,6 +48,8 @@ fn of_class<C: Capacity>(node: Node) -> Result<Node, red_status> {
 /// The calls of a [`Dag`], whatever its capacity is.
 pub(crate) trait Graph {
     fn any(&self) -> &dyn Any;
+    /// See [`Held::begun_on`].
+    fn begun_on(&self) -> u64;
     fn add_node(&mut self, node: Node) -> Result<NodeId, red_status>;
     fn add_edge(&mut self, from: NodeId, to: NodeId) -> Result<(), EdgeError>;
     fn remove_node(&mut self, node: NodeId) -> bool;
@@ -67,25 +69,43 @@ pub(crate) trait Graph {
     fn prove(&self, limit: Duration, lanes: &[u8], budgets: &[Option<Bytes>]) -> Certificate;
 }
 
-impl<C: Capacity> Graph for Dag<C> {
+/// A graph in memory of C's.
+pub(crate) struct Held<C: Capacity> {
+    pub(crate) dag: Dag<C>,
+    /// The handle of the scheduler or runtime that an edit was begun on: tasks have the same names on others. 0: no edit.
+    pub(crate) begun_on: u64,
+}
+
+impl AnyGraph {
+    /// Whether an edit may be committed there; whether a graph is one is for the scheduler to say.
+    pub(crate) fn may_change(&self, bits: u64) -> Result<(), red_status> {
+        if [0, bits].contains(&self.begun_on()) { Ok(()) } else { Err(red_status::Conflict) }
+    }
+}
+
+impl<C: Capacity> Graph for Held<C> {
     fn any(&self) -> &dyn Any {
-        self
+        &self.dag
+    }
+
+    fn begun_on(&self) -> u64 {
+        self.begun_on
     }
 
     fn add_node(&mut self, node: Node) -> Result<NodeId, red_status> {
-        Ok(Self::add_node(self, of_class::<C>(node)?)?)
+        Ok(self.dag.add_node(of_class::<C>(node)?)?)
     }
 
     fn add_edge(&mut self, from: NodeId, to: NodeId) -> Result<(), EdgeError> {
-        Self::add_edge(self, from, to)
+        self.dag.add_edge(from, to)
     }
 
     fn remove_node(&mut self, node: NodeId) -> bool {
-        Self::remove_node(self, node)
+        self.dag.remove_node(node)
     }
 
     fn remove_edge(&mut self, from: NodeId, to: NodeId) -> bool {
-        Self::remove_edge(self, from, to)
+        self.dag.remove_edge(from, to)
     }
 
     fn refine(
@@ -100,35 +120,39 @@ impl<C: Capacity> Graph for Dag<C> {
         for (part, decoder) in room.iter_mut().zip(decoders) {
             *part = of_class::<C>(decoder?)?;
         }
-        let refined =
-            refine(self, stage, of_class::<C>(encoder)?, parts.as_ref().get(..count).unwrap_or_default())
-                .map_err(<red_status as From<RefineError>>::from)?;
-        *self = refined.dag;
+        let refined = refine(
+            &self.dag,
+            stage,
+            of_class::<C>(encoder)?,
+            parts.as_ref().get(..count).unwrap_or_default(),
+        )
+        .map_err(<red_status as From<RefineError>>::from)?;
+        self.dag = refined.dag;
         Ok(refined.encoder)
     }
 
     fn node(&self, node: NodeId) -> Option<&Node> {
-        Self::node(self, node)
+        self.dag.node(node)
     }
 
     fn successors(&self, node: NodeId, each: &mut dyn FnMut(NodeId)) {
-        Self::successors(self, node).iter().for_each(|i| each(NodeId::new(i as u8)));
+        self.dag.successors(node).iter().for_each(|i| each(NodeId::new(i as u8)));
     }
 
     fn summary(&self) -> Summary {
-        let levels = Levels::of(self);
+        let levels = Levels::of(&self.dag);
         Summary {
-            nodes: self.len(),
+            nodes: self.dag.len(),
             levels: levels.count(),
-            work_ns: self.work(),
+            work_ns: self.dag.work(),
             critical_path_ns: levels.critical_path(),
         }
     }
 
     fn place(&self, rule: DeadlineRule, deadline: Duration, lanes: &[u8], each: &mut dyn FnMut(Placed)) {
-        let levels = Levels::of(self);
+        let levels = Levels::of(&self.dag);
         let due = SubDeadlines::assign(&levels, rule, deadline, lanes);
-        for node in Self::nodes(self) {
+        for node in self.dag.nodes() {
             each(Placed {
                 node,
                 height: levels.height(node),
@@ -140,7 +164,7 @@ impl<C: Capacity> Graph for Dag<C> {
     }
 
     fn share(&self, rule: DeadlineRule, deadline: Duration, lanes: &[u8], each: &mut dyn FnMut(Share)) {
-        let levels = Levels::of(self);
+        let levels = Levels::of(&self.dag);
         let shares = shares(&levels, rule, deadline, lanes);
         for level in shares.as_ref().iter().take(levels.count()) {
             each(Share {
@@ -153,6 +177,6 @@ impl<C: Capacity> Graph for Dag<C> {
     }
 
     fn prove(&self, limit: Duration, lanes: &[u8], budgets: &[Option<Bytes>]) -> Certificate {
-        response_time(&Levels::of(self), limit, lanes, budgets)
+        response_time(&Levels::of(&self.dag), limit, lanes, budgets)
     }
 }

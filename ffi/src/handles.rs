@@ -17,7 +17,7 @@ use core::ops::Range;
 use core::sync::atomic::{AtomicU32, AtomicUsize, Ordering};
 
 /// Places, of which the first stays empty: what was never opened is all zero, and finds it.
-const PLACES: usize = if cfg!(target_os = "none") { 16 } else { 256 };
+pub(crate) const PLACES: usize = if cfg!(target_os = "none") { 16 } else { 256 };
 
 /// What a handle is for.
 #[derive(Clone, Copy)]
@@ -102,10 +102,16 @@ fn copy() -> u32 {
     (((address >> 4) ^ (address >> 28)) as u32 | 1) << 8
 }
 
+/// Which place a handle is of.
+#[inline(always)]
+pub(crate) const fn place(bits: u64) -> usize {
+    bits as usize & 0xff
+}
+
 /// The object of a handle.
 #[inline(always)]
 pub(crate) fn object(bits: u64) -> Option<Object> {
-    let place = TABLE.get(bits as usize & 0xff)?;
+    let place = TABLE.get(place(bits))?;
     // SAFETY: the place is open, so its object was written before, and is not written until it is closed.
     (place.name.get() == bits).then(|| unsafe { *place.object.get() })
 }
@@ -169,7 +175,7 @@ pub(crate) fn open(range: &Range<usize>, make: impl FnOnce() -> Object) -> Resul
 /// Closes the handle of what was just found; its memory is C's again. It waits for nobody: who opens may have claimed the
 /// place, and then sees that it is not free.
 pub(crate) fn close(bits: u64) -> Result<(), red_status> {
-    let place = TABLE.get(bits as usize & 0xff).ok_or(red_status::Foreign)?;
+    let place = TABLE.get(place(bits)).ok_or(red_status::Foreign)?;
     if place.name.end(bits) { Ok(()) } else { Err(refusal(bits)) }
 }
 

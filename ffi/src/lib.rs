@@ -16,10 +16,7 @@
 //! and written after it, only when it succeeds.
 #![cfg_attr(not(feature = "runtime"), no_std)]
 #![allow(non_camel_case_types, reason = "the names of C")]
-#![allow(
-    clippy::missing_safety_doc,
-    reason = "what C has to keep is in docs/c-abi.md, once for all functions"
-)]
+#![allow(clippy::missing_safety_doc, reason = "what C has to keep is in docs/c-abi.md, once for all")]
 
 mod action;
 mod boundary;

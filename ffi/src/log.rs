@@ -3,13 +3,13 @@
 
 use crate::boundary::Out;
 use crate::machine::Host;
-use crate::runtime::text;
+use crate::runtime::{fork, text};
 use crate::scheduler::change;
 use crate::status::red_status;
 use crate::values::red_scheduler;
 use core::ffi::c_char;
 use red_core::{Capacity, Instant, Scheduler};
-use red_record::{Header, Recorder, Tape, Writer};
+use red_record::{Cut, Header, Recorder, Tape, Writer};
 use std::path::Path;
 
 /// What calls are made on.
@@ -25,11 +25,12 @@ pub(crate) const fn calls<'a, C: Capacity>(
 pub(crate) trait Logged {
     fn begin_log(&mut self, path: &str) -> Result<(), red_status>;
     fn end_log(&mut self, now: Instant) -> Result<u64, red_status>;
+    fn drop_log(&mut self);
 }
 
 impl<C: Capacity> Logged for Host<C> {
     fn begin_log(&mut self, path: &str) -> Result<(), red_status> {
-        if self.is_begun {
+        if self.is_begun || self.scheduler.now() > Instant::ZERO {
             return Err(red_status::LogLate);
         }
         self.log.begin(&self.scheduler, path)
@@ -38,10 +39,26 @@ impl<C: Capacity> Logged for Host<C> {
     fn end_log(&mut self, now: Instant) -> Result<u64, red_status> {
         self.log.end(&mut self.scheduler, now)
     }
+
+    fn drop_log(&mut self) {
+        if let Some(log) = self.log.0.take_if(|log| log.forks != fork::generation()) {
+            // Its thread is the parent's.
+            core::mem::forget(log);
+        }
+        self.log = Log::NONE;
+    }
 }
 
 /// Where inputs go, if they go anywhere.
-pub(crate) struct Log(Option<Box<(Tape, Writer)>>);
+pub(crate) struct Log(Option<Box<Open>>);
+
+/// A log that was begun.
+struct Open {
+    tape: Tape,
+    writer: Writer,
+    /// A child of fork has no writer.
+    forks: u32,
+}
 
 impl Log {
     pub(crate) const NONE: Self = Self(None);
@@ -49,7 +66,7 @@ impl Log {
     /// Where calls are written down.
     #[inline(always)]
     pub(crate) fn tape(&mut self) -> Option<&mut Tape> {
-        self.0.as_mut().map(|log| &mut log.0)
+        self.0.as_mut().map(|log| &mut log.tape)
     }
 
     /// Begins a log of a scheduler that was just opened.
@@ -60,22 +77,26 @@ impl Log {
         let program = concat!("libred ", env!("CARGO_PKG_VERSION"));
         let header = Header::by_calls::<C>(program, "by calls", *scheduler.config());
         let (writer, tape) = Writer::start(Path::new(path), &header).map_err(|_| red_status::LogFile)?;
-        self.0 = Some(Box::new((tape, writer)));
+        self.0 = Some(Box::new(Open { tape, writer, forks: fork::generation() }));
         Ok(())
     }
 
     /// Ends it, and waits until it is written. How many inputs found no room.
     fn end<C: Capacity>(&mut self, scheduler: &mut Scheduler<C>, now: Instant) -> Result<u64, red_status> {
-        let (mut tape, writer) = *self.0.take().ok_or(red_status::Idle)?;
+        let Some(log) = self.0.take_if(|log| log.forks == fork::generation()) else {
+            return Err(if self.0.is_some() { red_status::Forked } else { red_status::Idle });
+        };
+        let Open { mut tape, writer, .. } = *log;
         Recorder::new(scheduler, Some(&mut tape)).end(now);
         drop(tape);
         let (totals, failed) = writer.finish();
-        if failed.is_some() { Err(red_status::LogFile) } else { Ok(totals.dropped) }
+        let is_lost = failed.is_some() || totals.cut == Some(Cut::Panicked);
+        if is_lost { Err(red_status::LogFile) } else { Ok(totals.dropped) }
     }
 }
 
 /// Records every input of a scheduler from here on in a log at `path` (UTF-8), which `redrt replay` feeds to a scheduler again.
-/// Directly after the scheduler was opened. Writing is done by a thread of its own; calls on the scheduler write to memory.
+/// Directly after the scheduler was opened: before it was set up, a lane retired, or time passed. Writing is done by a thread of its own; calls on the scheduler write to memory.
 /// Part of libred, not of libred_core.
 ///
 /// Threads: one at a time on a scheduler. Real time: no. Time: one file is created. Errors: RED_STATUS_TEXT,
@@ -93,7 +114,8 @@ pub extern "C" fn red_record_begin(scheduler: *mut red_scheduler, path: *const c
 /// not of libred_core.
 ///
 /// Threads: one at a time on a scheduler. Real time: no. Time: until it is written. Errors: RED_STATUS_IDLE: there is no log;
-/// RED_STATUS_LOG_FILE: it could not be written to its end.
+/// RED_STATUS_LOG_FILE: it could not be written to its end, and is ended all the same; RED_STATUS_FORKED: it is the
+/// parent's.
 #[unsafe(no_mangle)]
 pub extern "C" fn red_record_end(
     scheduler: *mut red_scheduler,

@@ -11,8 +11,8 @@ use crate::status::{flat, red_status, status};
 use crate::values::{RED_NONE_64, red_dag};
 use red_core::{
     Action, Bytes, Capacity, Certificate, CompleteError, Config, Dag, Dispatch, Duration, Empty, Estimator,
-    Instant, JobId, LaneId, Member, NodeId, Outcome, PoolError, PoolId, Role, Scheduler, SensorError,
-    SensorId, TaskId, Timing, Unit, UnitId,
+    Instant, JobId, LaneId, Member, NodeId, Outcome, PoolError, PoolId, Scheduler, SensorError, SensorId,
+    TaskId, Timing, Unit, UnitId,
 };
 
 /// Makes a call that changes the scheduler, on `calls`. What comes of it is best used there, too: the call is compiled twice, and
@@ -46,24 +46,22 @@ pub(crate) struct Host<C: Capacity> {
     pub(crate) scheduler: Scheduler<C>,
     /// Whether anything was set up, so that a log would not have it.
     pub(crate) is_begun: bool,
-    /// Pools after the first, and sensors, that were added.
+    /// Pools after the first that were added.
     more_pools: u32,
-    sensors: usize,
 }
 
 impl<C: Capacity> Host<C> {
     /// To be configured in its place: a scheduler of the largest class is larger than many stacks.
     pub(crate) const NEW: Self =
-        Self { scheduler: Empty::EMPTY, log: Log::NONE, is_begun: false, more_pools: 0, sensors: 0 };
+        Self { scheduler: Empty::EMPTY, log: Log::NONE, is_begun: false, more_pools: 0 };
 
     pub(crate) fn configure(&mut self, config: Config) {
         self.scheduler.configure(config);
     }
 
-    /// A graph of this class whose sensors are there.
-    fn graph<'a>(&self, graph: &'a AnyGraph) -> Result<&'a Dag<C>, red_status> {
-        let dag = graph.any().downcast_ref::<Dag<C>>().ok_or(red_status::OtherClass)?;
-        if has_unknown_sensor(dag, self.sensors) { Err(red_status::UnknownSensor) } else { Ok(dag) }
+    /// A graph of this class.
+    fn graph(graph: &AnyGraph) -> Result<&Dag<C>, red_status> {
+        graph.any().downcast_ref::<Dag<C>>().ok_or(red_status::OtherClass)
     }
 }
 
@@ -87,8 +85,10 @@ pub(crate) trait Machine: Logged {
     fn add_sensor(&mut self, period: Duration) -> Result<SensorId, SensorError>;
     fn add_task(&mut self, graph: &AnyGraph, timing: Timing) -> Result<TaskId, red_status>;
     fn remove_task(&mut self, task: TaskId, now: Instant) -> bool;
-    fn edit(&self, task: TaskId, memory: Memory) -> Result<red_dag, red_status>;
-    fn commit(&mut self, graph: &AnyGraph, now: Instant) -> Result<Certificate, red_status>;
+    /// Begun on the scheduler of handle `bits`.
+    fn edit(&self, bits: u64, task: TaskId, memory: Memory, out: Out<red_dag>) -> Result<(), red_status>;
+    /// On the scheduler of handle `bits`.
+    fn commit(&mut self, bits: u64, graph: &AnyGraph, now: Instant) -> Result<Certificate, red_status>;
     fn certificate(&self, task: TaskId) -> Option<Certificate>;
     fn fail(&mut self, unit: UnitId, now: Instant) -> Result<(), CompleteError>;
     fn take_outcome(&mut self) -> Option<Outcome>;
@@ -179,10 +179,11 @@ impl<C: Capacity> Loop for Shared<C> {
 
     extern "C" fn poll_on(&self, lane: u32, now_ns: u64, action: *mut red_action) -> red_status {
         flat(self.enter().and_then(|mut host| {
-            let (lane, out) = (lane_id(lane)?, Out::of(action)?);
-            if lane.index() >= host.scheduler.lanes() {
+            let out = Out::of(action)?;
+            if lane as usize >= host.scheduler.lanes() {
                 return Err(red_status::UnknownLane);
             }
+            let lane = LaneId::new(lane as u8);
             call!(host, |calls| put(calls.poll_on(lane, Instant::from_nanos(now_ns)), out));
             Ok(red_status::Ok)
         }))
@@ -228,12 +229,11 @@ impl<C: Capacity> Machine for Host<C> {
     fn add_sensor(&mut self, period: Duration) -> Result<SensorId, SensorError> {
         let sensor = call!(self, |calls| calls.add_sensor(period))?;
         self.is_begun = true;
-        self.sensors = self.sensors.max(sensor.index() + 1);
         Ok(sensor)
     }
 
     fn add_task(&mut self, graph: &AnyGraph, timing: Timing) -> Result<TaskId, red_status> {
-        let dag = self.graph(graph)?;
+        let dag = Self::graph(graph)?;
         let task = call!(self, |calls| calls.add_task(dag, timing))?;
         self.is_begun = true;
         Ok(task)
@@ -243,12 +243,13 @@ impl<C: Capacity> Machine for Host<C> {
         call!(self, |calls| calls.remove_task(task, now))
     }
 
-    fn edit(&self, task: TaskId, memory: Memory) -> Result<red_dag, red_status> {
-        open_dag(&memory.room_for()?, self.scheduler.edit(task).ok_or(red_status::UnknownTask)?)
+    fn edit(&self, bits: u64, task: TaskId, memory: Memory, out: Out<red_dag>) -> Result<(), red_status> {
+        open_dag(&memory.room_for()?, self.scheduler.edit(task).ok_or(red_status::UnknownTask)?, bits, out)
     }
 
-    fn commit(&mut self, graph: &AnyGraph, now: Instant) -> Result<Certificate, red_status> {
-        let dag = self.graph(graph)?;
+    fn commit(&mut self, bits: u64, graph: &AnyGraph, now: Instant) -> Result<Certificate, red_status> {
+        let dag = Self::graph(graph)?;
+        graph.may_change(bits)?;
         Ok(call!(self, |calls| calls.commit(dag, now))?)
     }
 
@@ -265,7 +266,9 @@ impl<C: Capacity> Machine for Host<C> {
     }
 
     fn retire_lane(&mut self, lane: LaneId) -> bool {
-        call!(self, |calls| calls.retire_lane(lane))
+        let is_retired = call!(self, |calls| calls.retire_lane(lane));
+        self.is_begun |= is_retired;
+        is_retired
     }
 
     fn restore_lane(&mut self, lane: LaneId) -> bool {
@@ -307,14 +310,6 @@ impl<C: Capacity> Machine for Host<C> {
     fn figures(&self) -> red_figures {
         figures(&self.scheduler)
     }
-}
-
-/// Whether a graph names a sensor that was not added.
-pub(crate) fn has_unknown_sensor<C: Capacity>(dag: &Dag<C>, sensors: usize) -> bool {
-    dag.nodes().any(|id| match dag.node(id).map(red_core::Node::role) {
-        Some(Role::SharedEncoder(frame)) => frame.sensor.is_some_and(|sensor| sensor.index() >= sensors),
-        _ => false,
-    })
 }
 
 /// What a scheduler says of itself.

@@ -14,7 +14,10 @@ pub(crate) const fn calls<C: Capacity>(
 }
 
 /// Nothing more than a scheduler.
-pub(crate) trait Logged {}
+pub(crate) trait Logged {
+    /// There is none to drop.
+    fn drop_log(&mut self) {}
+}
 impl<C: Capacity> Logged for Host<C> {}
 
 /// No log.

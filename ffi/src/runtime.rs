@@ -6,12 +6,14 @@
 //! | `bodies` | which function runs for which node, and the call |
 //! | `notes` | jobs that ended and events, until somebody takes them |
 //! | `engine` | a runtime: being set up, running, ended |
+//! | `called` | the runtime of a handle, as long as calls on it last |
 //! | `open`, `set_up`, `tasks`, `run` | the functions of the header |
 //! | `fork` | a child of `fork` has none of our threads |
 
 mod bodies;
+mod called;
 mod engine;
-mod fork;
+pub(crate) mod fork;
 mod notes;
 mod open;
 mod report;

@@ -42,6 +42,7 @@ fn open<C: Capacity>(
             return Err(red_status::PoolsFull);
         }
         let place = Memory::of(memory, bytes).room_for::<Shared<C>>()?;
+        place.apart_from(&out)?;
         let make = || {
             place.make(Shared::<C>::NEW);
             place.set_up(|host| host.get_mut().configure(config));
@@ -115,15 +116,16 @@ pub extern "C" fn red_scheduler_open_16x256x64(
     open::<Large>(memory, bytes, config, scheduler)
 }
 
-/// Closes a scheduler; its memory is the caller's again.
+/// Closes a scheduler; its memory is the caller's again. A log that red_record_end did not end is let go, and is not whole.
 ///
-/// Threads: one at a time on a scheduler. Real time: yes. Time: O(1). Errors: RED_STATUS_CLOSED.
+/// Threads: one at a time on a scheduler. Real time: yes, without a log. Time: O(1). Errors: RED_STATUS_CLOSED.
 #[unsafe(no_mangle)]
 pub extern "C" fn red_scheduler_close(scheduler: *mut red_scheduler) -> red_status {
     flat(Out::of(scheduler).and_then(|out| {
         let bits = take(scheduler)?.bits;
-        let _alone = handles::scheduler(bits)?.rest().enter()?;
+        let mut alone = handles::scheduler(bits)?.rest().enter()?;
         handles::close(bits)?;
+        alone.drop_log();
         out.put(red_scheduler::default());
         Ok(red_status::Ok)
     }))

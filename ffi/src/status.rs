@@ -24,7 +24,7 @@ pub enum red_status {
     StructSize = 4,
     /// Abi_version is another one: build against the header of the library that is loaded.
     Version = 5,
-    /// A field that this library does not know is not zero: the header is newer than the library.
+    /// A field that this library does not know, or a reserved one, is not zero: the header is newer than the library.
     UnknownField = 6,
     /// The handle was closed, or never opened.
     Closed = 7,
@@ -36,7 +36,7 @@ pub enum red_status {
     OtherClass = 10,
     /// It is in use: another call goes on, or a body asked for what waits for a lane; call again later, from elsewhere.
     Busy = 11,
-    /// The memory overlaps with that of something open.
+    /// The memory overlaps with that of something open, or has the place of the answer in it.
     Overlap = 12,
     /// A number is outside of its enumeration or range.
     OutOfRange = 13,
@@ -56,7 +56,7 @@ pub enum red_status {
     DuplicateEdge = 23,
     /// A decoder reads the result of one encoder: make a node that fuses several an ordinary one.
     SecondEncoder = 24,
-    /// No such node in this graph.
+    /// No such node in this graph, or it was named twice.
     UnknownNode = 25,
     /// No such edge in this graph.
     UnknownEdge = 26,
@@ -76,7 +76,7 @@ pub enum red_status {
     Unschedulable = 45,
     /// No such task, or it was removed.
     UnknownTask = 46,
-    /// Another commit came between: begin the edit again.
+    /// Another commit came between, or the graph is no edit of this task: begin the edit again.
     Conflict = 47,
     /// The graph before the current one still has jobs: commit again when they have ended.
     Draining = 48,
@@ -94,7 +94,7 @@ pub enum red_status {
     UnknownLane = 54,
     /// As many jobs are in flight as the capacity class has room for: count it as shed.
     JobsFull = 60,
-    /// The release, or its deadline, lies beyond 2^63 ns.
+    /// A time is too long, or a release or its deadline lies beyond 2^63 ns.
     TimeOverflow = 61,
     /// The unit was reported before.
     Stale = 62,
@@ -118,7 +118,7 @@ pub enum red_status {
     HasBody = 85,
     /// The runtime was started: this has to come before.
     Started = 86,
-    /// The runtime was not started.
+    /// The runtime was not started, or there is no log.
     Idle = 87,
     /// No lane came to the releases before: release less often.
     MailboxFull = 88,
@@ -212,13 +212,13 @@ impl red_status {
             Self::TooShort => c"memory or an array is too short: the header says the size, or the count that was written",
             Self::StructSize => c"struct_size is not that of any version: begin with the INIT macro of the struct",
             Self::Version => c"abi_version is another one: build against the header of the library that is loaded",
-            Self::UnknownField => c"a field that this library does not know is not zero: the header is newer than the library",
+            Self::UnknownField => c"a field that this library does not know, or a reserved one, is not zero: the header is newer than the library",
             Self::Closed => c"the handle was closed, or never opened",
             Self::Foreign => c"the handle is of another copy of this library, or made up",
             Self::OtherKind => c"the handle is of something else: a graph is no scheduler",
             Self::OtherClass => c"graph and scheduler are of different capacity classes",
             Self::Busy => c"it is in use: another call goes on, or a body asked for what waits for a lane; call again later, from elsewhere",
-            Self::Overlap => c"the memory overlaps with that of something open",
+            Self::Overlap => c"the memory overlaps with that of something open, or has the place of the answer in it",
             Self::OutOfRange => c"a number is outside of its enumeration or range",
             Self::TooLong => c"an array is longer than anything that could be meant",
             Self::TooManyOpen => c"as many handles are open as there may be: close one",
@@ -228,7 +228,7 @@ impl red_status {
             Self::Cycle => c"the edge would close a cycle",
             Self::DuplicateEdge => c"the edge is there already",
             Self::SecondEncoder => c"a decoder reads the result of one encoder: make a node that fuses several an ordinary one",
-            Self::UnknownNode => c"no such node in this graph",
+            Self::UnknownNode => c"no such node in this graph, or it was named twice",
             Self::UnknownEdge => c"no such edge in this graph",
             Self::NoDecoder => c"a stage needs at least one decoder",
             Self::TasksFull => c"the capacity class has no room for another task",
@@ -238,7 +238,7 @@ impl red_status {
             Self::Memory => c"a node, or an encoder and one of its decoders together, needs more memory than its pool has",
             Self::Unschedulable => c"the certificate does not fit, and admission is enforced",
             Self::UnknownTask => c"no such task, or it was removed",
-            Self::Conflict => c"another commit came between: begin the edit again",
+            Self::Conflict => c"another commit came between, or the graph is no edit of this task: begin the edit again",
             Self::Draining => c"the graph before the current one still has jobs: commit again when they have ended",
             Self::NoLane => c"a pool needs at least one lane",
             Self::PoolsFull => c"the capacity class has no room for another pool, or for so many lanes",
@@ -247,7 +247,7 @@ impl red_status {
             Self::UnknownSensor => c"no such sensor: add it first",
             Self::UnknownLane => c"no such lane, or it is not as this call needs it",
             Self::JobsFull => c"as many jobs are in flight as the capacity class has room for: count it as shed",
-            Self::TimeOverflow => c"the release, or its deadline, lies beyond 2^63 ns",
+            Self::TimeOverflow => c"a time is too long, or a release or its deadline lies beyond 2^63 ns",
             Self::Stale => c"the unit was reported before",
             Self::NotRunning => c"no such unit was ever dispatched",
             Self::Late => c"the unit's jobs had been given up meanwhile; it is counted, and its lane is free",
@@ -259,7 +259,7 @@ impl red_status {
             Self::NoBody => c"a node has no body: give one for each",
             Self::HasBody => c"a node that was there before keeps its body: give bodies for new nodes only",
             Self::Started => c"the runtime was started: this has to come before",
-            Self::Idle => c"the runtime was not started",
+            Self::Idle => c"the runtime was not started, or there is no log",
             Self::MailboxFull => c"no lane came to the releases before: release less often",
             Self::Over => c"the runtime was stopped, or its time is over",
             Self::Timeout => c"the time has passed, and the runtime goes on",
@@ -303,12 +303,13 @@ same! {
         UnknownNode => UnknownNode, NoDecoder => NoDecoder, Full => NodesFull, WorkOverflow => WorkOverflow,
     }
     AddTaskError {
-        Full => TasksFull, Empty => EmptyGraph, Deadline => Deadline, UnknownPool => UnknownPool, Memory => Memory,
-        Unschedulable => Unschedulable,
+        Full => TasksFull, Empty => EmptyGraph, Deadline => Deadline, UnknownPool => UnknownPool,
+        UnknownSensor => UnknownSensor, Memory => Memory, Unschedulable => Unschedulable,
     }
     CommitError {
         UnknownTask => UnknownTask, Conflict => Conflict, Busy => Draining, Empty => EmptyGraph,
-        UnknownPool => UnknownPool, Memory => Memory, Unschedulable => Unschedulable,
+        UnknownPool => UnknownPool, UnknownSensor => UnknownSensor, Memory => Memory,
+        Unschedulable => Unschedulable,
     }
     PoolError { NoLane => NoLane, Full => PoolsFull }
     SensorError { ZeroPeriod => ZeroPeriod, Full => SensorsFull }

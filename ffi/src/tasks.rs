@@ -14,6 +14,9 @@ use red_core::{Duration, Instant, TaskId, Timing};
 
 impl red_timing {
     pub(crate) fn read(self) -> Result<Timing, red_status> {
+        if self.reserved != 0 {
+            return Err(red_status::UnknownField);
+        }
         if self.floor_keep > self.floor_of {
             return Err(red_status::OutOfRange);
         }
@@ -101,12 +104,13 @@ pub extern "C" fn red_scheduler_edit(
 ) -> red_status {
     look(scheduler, |machine| {
         let out = Out::of(dag)?;
-        out.put(machine.edit(TaskId::from_bits(task), Memory::of(memory, bytes))?);
+        machine.edit(take(scheduler)?.bits, TaskId::from_bits(task), Memory::of(memory, bytes), out)?;
         Ok(red_status::Ok)
     })
 }
 
-/// Applies an edit to the jobs that are released from now on; jobs in flight keep the graph of their release.
+/// Applies an edit to the jobs that are released from now on; jobs in flight keep the graph of their release. An edit that was
+/// begun on another scheduler is none of this one's: RED_STATUS_CONFLICT.
 ///
 /// Threads: one at a time on a scheduler, while nobody changes the graph. Real time: no. Time: O(nodes log nodes + lanes *
 /// (nodes + edges)). Errors: RED_STATUS_UNKNOWN_TASK, RED_STATUS_CONFLICT, RED_STATUS_DRAINING, RED_STATUS_EMPTY_GRAPH,
@@ -121,7 +125,7 @@ pub extern "C" fn red_scheduler_commit(
 ) -> red_status {
     change_by(scheduler, dag, |machine, graph| {
         let out = OutGrowing::of(certificate)?;
-        out.put(machine.commit(graph, Instant::from_nanos(now_ns))?.into());
+        out.put(machine.commit(take(scheduler)?.bits, graph, Instant::from_nanos(now_ns))?.into());
         Ok(red_status::Ok)
     })
 }

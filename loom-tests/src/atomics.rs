@@ -97,4 +97,8 @@ impl AtomicU32 {
     pub fn fetch_add(&self, value: u32, order: Ordering) -> u32 {
         self.word.fetch_add(value, order)
     }
+
+    pub fn fetch_sub(&self, value: u32, order: Ordering) -> u32 {
+        self.word.fetch_sub(value, order)
+    }
 }

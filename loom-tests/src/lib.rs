@@ -20,6 +20,7 @@ macro_rules! included {
 }
 included! {
     exclusive: "../../sync/src/exclusive.rs",
+    gate: "../../sync/src/gate.rs",
     handler_cell: "../../sync/src/handler.rs",
     mailbox: "../../sync/src/mailbox.rs",
     seq_lock: "../../sync/src/seq_lock.rs",

@@ -19,9 +19,9 @@ use std::sync::Arc;
 /// Another work for every unit, in every word, so that a mixture of two shows.
 fn work(number: u64) -> Work {
     Work {
+        unit: UnitId::from_bits(number),
         task: TaskId::from_bits((number << 16 | number) as u32),
         pool: PoolId::new(number as u8),
-        lane: UnitId::from_bits(number).lane(),
         job: number,
         release_ns: number,
         deadline_ns: number,
@@ -34,13 +34,14 @@ fn work(number: u64) -> Work {
 }
 
 fn hand(seat: &Seat, number: u64) {
-    seat.hand(UnitId::from_bits(number), &work(number));
+    seat.hand(&work(number));
 }
 
 fn take(seat: &Seat) -> Option<u64> {
-    seat.take().map(|(unit, found)| {
-        assert_eq!(found, work(unit.to_bits()), "torn");
-        unit.to_bits()
+    seat.take().map(|found| {
+        let unit = found.unit.to_bits();
+        assert_eq!(found, work(unit), "torn");
+        unit
     })
 }
 

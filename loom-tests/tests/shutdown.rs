@@ -34,6 +34,14 @@ struct Locked {
     begun: u64,
 }
 
+impl Locked {
+    /// The next unit.
+    fn work(&mut self) -> Work {
+        self.units += 1;
+        Work { unit: UnitId::from_bits(self.units), ..Work::default() }
+    }
+}
+
 impl Host {
     /// The last lane's first turn hands lane 0 a unit, and whoever takes the request runs one itself.
     fn turn(&self, hands: bool) -> Next {
@@ -42,14 +50,10 @@ impl Host {
             return Next::Leave;
         }
         if hands {
-            locked.units += 1;
-            self.waiting.seats[0].hand(UnitId::from_bits(locked.units), &Work::default());
+            self.waiting.seats[0].hand(&locked.work());
         }
         match self.mailbox.pop() {
-            Some(_) => {
-                locked.units += 1;
-                Next::Run(UnitId::from_bits(locked.units), Work::default(), 0)
-            }
+            Some(_) => Next::Run(locked.work(), 0),
             None => Next::Idle,
         }
     }

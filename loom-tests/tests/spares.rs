@@ -55,6 +55,10 @@ fn unit(number: u64) -> UnitId {
     UnitId::from_bits(number << 16)
 }
 
+fn work(number: u64) -> Work {
+    Work { unit: unit(number), ..Work::default() }
+}
+
 impl Host {
     /// Part of every turn: what ran beyond its bound is failed, and its lane retired.
     fn fail_overdue(&self, locked: &mut Locked) {
@@ -118,7 +122,7 @@ impl Host {
             assert!(locked.is_retired, "restored before it was retired");
             locked.is_retired = false;
             locked.restored += 1;
-            self.seat.hand(unit(2), &Work::default());
+            self.seat.hand(&work(2));
             drop(locked);
             let _for_ever = self.slot.arm(DEADLINE + 1);
         }
@@ -128,7 +132,7 @@ impl Host {
 /// A body runs, and its lane has been handed nothing else.
 fn running() -> (Arc<Host>, Armed) {
     let host = Arc::new(Host::default());
-    host.seat.hand(unit(1), &Work::default());
+    host.seat.hand(&work(1));
     assert!(host.seat.take().is_some());
     let armed = host.slot.arm(DEADLINE);
     (host, armed)

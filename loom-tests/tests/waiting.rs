@@ -108,7 +108,7 @@ impl Host {
     fn begin(&self, locked: &mut Locked) -> bool {
         locked.has_begun = true;
         if self.scene.hands {
-            self.waiting.seats[0].hand(UnitId::from_bits(1), &Work::default());
+            self.waiting.seats[0].hand(&Work { unit: UnitId::from_bits(1), ..Work::default() });
         }
         !self.scene.is_request && self.waiting.plan(SOON, 0)
     }

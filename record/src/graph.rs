@@ -1,7 +1,7 @@
 //! A graph from its parts, with every node in the place that it had: later entries name nodes by their places.
 
 use crate::entry::Call;
-use red_core::{Capacity, Dag, Node, NodeId, Role, Wcet};
+use red_core::{Capacity, Dag, Node, NodeId, Wcet};
 
 /// Nodes of a graph at most.
 const NODES: usize = 256;
@@ -58,15 +58,6 @@ impl Parts {
     /// The graph of these parts. `base` is what it was begun from: nodes that are as they were there stay in their places,
     /// new ones are only put where the host could have put them. `None`: no graph that was begun so has these parts.
     pub(crate) fn onto<C: Capacity>(&self, base: Dag<C>) -> Option<Dag<C>> {
-        // A scheduler has room for as many sensors; who names another one is for its host to refuse.
-        let sensor = |node: &Node| match node.role() {
-            Role::SharedEncoder(frame) => frame.sensor,
-            _ => None,
-        };
-        let mut sensors = self.nodes.iter().flatten().filter_map(|part| sensor(&part.node));
-        if sensors.any(|sensor| sensor.index() >= C::NODES) {
-            return None;
-        }
         let mut dag = base;
         let mut missing = self.nodes.iter().flatten().count();
         for place in base.nodes() {

@@ -125,6 +125,8 @@ impl<'a, C: Capacity> Recorder<'a, C> {
             return self.scheduler.complete_and_poll(unit, now);
         }
         self.complete(unit, now)?;
+        // A step back of the clock was counted by the first of them.
+        let now = self.scheduler.now();
         Ok(self.poll_on(unit.lane(), now))
     }
 

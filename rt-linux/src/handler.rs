@@ -1,18 +1,18 @@
 //! What a lane runs for a node.
 
-use red_core::{LaneId, NodeId, PoolId, TaskId, Unit};
+use red_core::{LaneId, NodeId, PoolId, TaskId, Unit, UnitId};
 
 /// One execution: which node of which job, and by when.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Work {
+    /// The unit that it is.
+    pub unit: UnitId,
     /// The task: its place, and which of those that had it.
     pub task: TaskId,
     /// The node.
     pub node: NodeId,
     /// The pool of its lane.
     pub pool: PoolId,
-    /// Where it runs, counted over all pools.
-    pub lane: LaneId,
     /// The how-manieth job of its task, from 0; up to 2^48, as units are.
     pub job: u64,
     /// The job's release, in nanoseconds since the start of the run.
@@ -30,12 +30,12 @@ pub struct Work {
 }
 
 impl Work {
-    pub(crate) fn of(unit: &Unit, since_ns: u64) -> Self {
+    pub(crate) fn of(name: UnitId, unit: &Unit, since_ns: u64) -> Self {
         Self {
+            unit: name,
             task: unit.first.task,
             node: unit.first.node,
             pool: unit.pool,
-            lane: unit.lane,
             job: unit.first.index,
             release_ns: unit.first.release.as_nanos(),
             deadline_ns: unit.first.deadline.as_nanos(),
@@ -44,6 +44,12 @@ impl Work {
             wcet_ns: unit.wcet.as_nanos(),
             output: unit.output,
         }
+    }
+
+    /// Where it runs, counted over all pools.
+    #[must_use]
+    pub const fn lane(&self) -> LaneId {
+        self.unit.lane()
     }
 }
 

@@ -36,7 +36,7 @@ pub(crate) struct Lane<'a, C: Capacity, H, L: Exclusive<Scheduler<C>>> {
 
 /// What came of a turn with the scheduler.
 struct Turn {
-    mine: Option<(UnitId, Work)>,
+    mine: Option<Work>,
     /// The clock's next instant came nearer.
     is_sooner: bool,
     /// An errand was run.
@@ -57,8 +57,8 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
         let mut next = self.session(None, waiting.now());
         loop {
             next = match next {
-                Next::Run(unit, work, start) => match self.execute(&work, start) {
-                    Some((ok, end)) => self.session(Some((unit, ok)), end),
+                Next::Run(work, start) => match self.execute(&work, start) {
+                    Some((ok, end)) => self.session(Some((work.unit, ok)), end),
                     None => break,
                 },
                 Next::Idle => waiting.wait(self.number, &mut sleeper, || self.session(None, waiting.now())),
@@ -149,7 +149,7 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
         let end = shared.waiting.now();
         self.figures.deciding_ns += end.saturating_sub(begin);
         match turn {
-            Some(Turn { mine: Some((unit, work)), .. }) => Next::Run(unit, work, end),
+            Some(Turn { mine: Some(work), .. }) => Next::Run(work, end),
             Some(Turn { mine: None, .. }) => Next::Idle,
             None => Next::Leave,
         }
@@ -202,12 +202,12 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
                     let Some(unit) = scheduler.unit(d.unit) else { continue };
                     // A lane that was busy until now could not have started anything earlier.
                     let busy = d.lane == me && was_busy;
-                    let work = Work::of(&unit, if busy { now.as_nanos() } else { since });
+                    let work = Work::of(d.unit, &unit, if busy { now.as_nanos() } else { since });
                     if d.lane == me {
                         shared.waiting.seats[self.number].keep(d.unit);
-                        mine = Some((d.unit, work));
+                        mine = Some(work);
                     } else {
-                        shared.waiting.seats[d.lane.index()].hand(d.unit, &work);
+                        shared.waiting.seats[d.lane.index()].hand(&work);
                     }
                 }
                 Action::Ended(outcome) => host.ended(&outcome),

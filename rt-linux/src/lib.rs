@@ -38,6 +38,8 @@ pub mod clock;
 pub mod control;
 pub mod errands;
 pub mod handler;
+pub mod held_cpus;
+mod held_memory;
 mod lane;
 mod oversight;
 pub mod panics;

@@ -4,6 +4,8 @@ use crate::allocations;
 use crate::clock::{now_ns, suspended_ns};
 use crate::control::{Control, Needed};
 use crate::handler::Handler;
+use crate::held_cpus::HeldCpus;
+use crate::held_memory::HeldMemory;
 use crate::oversight::Oversight;
 use crate::panics::keep_of_bodies;
 use crate::pi_lock::PiLock;
@@ -32,7 +34,7 @@ pub enum Mode {
     RealTime {
         /// 1 to 98; the watchdog runs one above.
         priority: u8,
-        /// A CPU of its own for each lane.
+        /// A CPU of its own for each lane, which no other run of this process has.
         cpus: Vec<usize>,
     },
     /// Ordinary threads that share CPUs: no spinning, a priority-inheriting lock, no promise.
@@ -147,13 +149,13 @@ where
     }
     let stopper = Arc::new(Stopper::new(signals.as_ref()));
     let _needed = Needed::by_a_run();
+    let _held = match &mode {
+        Mode::RealTime { cpus, .. } => Some(HeldCpus::hold(cpus)?),
+        Mode::BestEffort => None,
+    };
     let realtime = matches!(mode, Mode::RealTime { .. });
-    // Best effort promises nothing of page faults, and runs with another allocator too, as that of a sanitizer.
-    let settled = setup::malloc_for_real_time();
-    if realtime {
-        settled?;
-        setup::lock_memory()?;
-    }
+    // Best effort promises nothing of page faults.
+    let _memory = realtime.then(HeldMemory::hold).transpose()?;
     // Held to the end of the run; a machine without the device idles as deep as it likes, which doctor tells.
     let _awake = realtime.then(setup::hold_cpu_dma_latency);
     let (allocations_before, suspended_before) = (allocations::counted(), suspended_ns());
@@ -202,7 +204,7 @@ where
                 // Later than what lanes did meanwhile.
                 let now = Instant::from_nanos(shared.waiting.now());
                 take_requests(scheduler, requests, &mut host, now);
-                held.timeline.release(scheduler, &mut host, now);
+                while held.timeline.release(scheduler, &mut host, now).is_some() {}
                 while let Some(event) = scheduler.take_event() {
                     host.event(event);
                 }

@@ -25,10 +25,10 @@ use red_core::{NodeId, PoolId, TaskId, UnitId};
 /// ```
 /// use red_core::UnitId;
 /// use red_rt::{handler::Work, seat::Seat};
-/// let (seat, unit) = (Seat::default(), UnitId::from_bits(7 << 16));
+/// let (seat, work) = (Seat::default(), Work { unit: UnitId::from_bits(7 << 16), ..Work::default() });
 /// assert_eq!(seat.take(), None);
-/// seat.hand(unit, &Work::default());
-/// assert_eq!(seat.take(), Some((unit, Work::default())));
+/// seat.hand(&work);
+/// assert_eq!(seat.take(), Some(work));
 /// assert_eq!(seat.take(), None); // once
 /// ```
 #[derive(Debug, Default)]
@@ -66,15 +66,15 @@ struct Own {
 
 impl Seat {
     /// Hands the lane a unit; 0 is none. One system call if the lane sleeps, none otherwise.
-    pub fn hand(&self, unit: UnitId, work: &Work) {
+    pub fn hand(&self, work: &Work) {
         self.write(work);
         // Release: partner of the Acquire in `take`, so that the work is there.
-        self.unit.store(unit.to_bits(), Ordering::Release);
+        self.unit.store(work.unit.to_bits(), Ordering::Release);
         self.bell.wake();
     }
 
     /// The unit that was handed, once.
-    pub fn take(&self) -> Option<(UnitId, Work)> {
+    pub fn take(&self) -> Option<Work> {
         // Acquire: partner of the Release below. A thread that sees what another of its lane took must not see an older
         // unit than that, which would look new.
         let taken = self.own.taken.load(Ordering::Acquire);
@@ -87,7 +87,7 @@ impl Seat {
         // Only one of a lane's threads wins. Release: partner of the Acquire above, and of that in `discard`, after which
         // the work may be overwritten; as no load of ours may take effect after that, this is about load buffering.
         let won = self.own.taken.compare_exchange(taken, unit, Ordering::Release, Ordering::Relaxed);
-        won.is_ok().then(|| (UnitId::from_bits(unit), work))
+        won.is_ok().then_some(work)
     }
 
     /// Sleeps until there may be a unit to take, the lane is rung for another reason, or `until` (nanoseconds of
@@ -158,10 +158,10 @@ impl Seat {
         let (place, job) = (self.place.load(Ordering::Relaxed), self.job.load(Ordering::Relaxed));
         let time = |i: usize| self.times[i].load(Ordering::Relaxed);
         Work {
+            unit,
             task: TaskId::from_bits(((job >> JOB_BITS) as u32) << 16 | place >> 24),
             node: NodeId::new((place >> 16) as u8),
             pool: PoolId::new((place >> 11) as u8 & 0x1f),
-            lane: unit.lane(),
             output: (place as u16 & 0x7ff).checked_sub(1),
             job: job & ((1 << JOB_BITS) - 1),
             release_ns: time(0),

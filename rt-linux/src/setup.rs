@@ -9,7 +9,7 @@ use std::fs::File;
 use std::io::{self, Write};
 
 use nix::errno::Errno;
-use nix::sys::mman::{MlockAllFlags, mlockall};
+use nix::sys::mman::{MlockAllFlags, mlockall, munlockall};
 use nix::sys::prctl::set_timerslack;
 use nix::sys::resource::{Resource, getrlimit, setrlimit};
 use nix::sys::signal::Signal;
@@ -87,6 +87,11 @@ pub enum SetupError {
         /// Its CPUs.
         cpus: Vec<usize>,
     },
+    /// CPUs of a run in real time have lanes of another one of this process.
+    CpusHeld {
+        /// These.
+        cpus: Vec<usize>,
+    },
     /// More stack was to be prefaulted than the thread has.
     StackTooSmall {
         /// Bytes asked for.
@@ -133,6 +138,11 @@ impl fmt::Display for SetupError {
             Self::NotACpuEach { lanes, cpus } => write!(
                 f,
                 "{lanes} lanes in real time need a CPU each, and were given {cpus:?}; fix: name {lanes} different CPUs"
+            ),
+            Self::CpusHeld { cpus } => write!(
+                f,
+                "CPUs {cpus:?} have lanes of another run of this process; fix: pin lanes to others, or end that run \
+                 first"
             ),
             Self::StackTooSmall { wanted, room } => write!(
                 f,
@@ -276,11 +286,22 @@ pub fn prefault_stack(bytes: usize) -> Result<(), SetupError> {
 pub fn malloc_for_real_time() -> Result<(), SetupError> {
     for (option, value) in [(libc::M_TRIM_THRESHOLD, -1), (libc::M_MMAP_MAX, 0)] {
         if !sys::set_malloc_option(option, value) {
-            let fix = "link against glibc, whose allocator has these settings";
+            let fix = "run with glibc's allocator, which has these settings; that of a sanitizer has not";
             return Err(SetupError::System { call: "mallopt", errno: Errno::EINVAL, fix });
         }
     }
     Ok(())
+}
+
+/// Undoes [`lock_memory`] and [`malloc_for_real_time`]: nothing is locked, glibc's allocator has the settings that it begins
+/// with, and gives back what it kept.
+pub(crate) fn memory_by_default() {
+    // Neither fails where the other way went well.
+    let _unlocked = munlockall();
+    for (option, value) in [(libc::M_TRIM_THRESHOLD, 128 << 10), (libc::M_MMAP_MAX, 1 << 16)] {
+        sys::set_malloc_option(option, value);
+    }
+    sys::trim_heap();
 }
 
 /// Makes a write beyond the limit of file sizes (`ulimit -f`) an error, as on a full disk, instead of the end of the

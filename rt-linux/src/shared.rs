@@ -9,7 +9,7 @@ use crate::timeline::{Host, Timeline};
 use crate::waiting::Waiting;
 use crate::watchdog::Slot;
 use core::sync::atomic::{AtomicBool, AtomicU64};
-use red_core::{Capacity, Instant, LaneId, ReleaseError, Scheduler};
+use red_core::{Capacity, Instant, LaneId, Scheduler};
 use red_record::{Recorder, Tape};
 use red_sync::{Exclusive, Requests, SharedScheduler, TicketLock};
 use std::sync::{Arc, Mutex};
@@ -141,7 +141,7 @@ pub(crate) fn take_requests<C: Capacity>(
     let mut first = u64::MAX;
     while let Some(request) = requests.next() {
         let taken = scheduler.release_at(request.task, request.at, request.capture, now);
-        host.released(request.task.index(), request.at, taken != Err(ReleaseError::Full));
+        host.released(request.task.index(), request.at, taken);
         first = first.min(request.at.as_nanos());
     }
     first

@@ -81,6 +81,12 @@ pub(crate) fn set_malloc_option(option: c_int, value: c_int) -> bool {
     unsafe { libc::mallopt(option, value) == 1 }
 }
 
+/// Has the C library's allocator give to the kernel what nobody uses.
+pub(crate) fn trim_heap() {
+    // SAFETY: takes an integer and guards its own state.
+    let _something_was = unsafe { libc::malloc_trim(0) };
+}
+
 /// Bytes between the caller's frame and the end of its stack.
 pub(crate) fn stack_room() -> Result<usize, Errno> {
     let mut attributes = MaybeUninit::<libc::pthread_attr_t>::uninit();

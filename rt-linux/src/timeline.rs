@@ -1,6 +1,6 @@
 //! What comes by the clock: periodic releases and changes, and what a run keeps of its jobs.
 
-use red_core::{Capacity, Event, Instant, Outcome, ReleaseError, TaskId};
+use red_core::{Capacity, Event, Instant, JobId, Outcome, ReleaseError, TaskId};
 use red_record::Recorder;
 
 /// What the host of a run does under the scheduler's lock. Nothing here may allocate, wait or log.
@@ -17,8 +17,8 @@ pub trait Host<C: Capacity>: Send {
         let _unused = (scheduler, now);
     }
 
-    /// A job was released, or refused because too many are in flight.
-    fn released(&mut self, task: usize, release: Instant, taken: bool);
+    /// A release came: `taken` is its job, or why there is none. Of a task that was removed there is none.
+    fn released(&mut self, task: usize, release: Instant, taken: Result<JobId, ReleaseError>);
 
     /// A job ended.
     fn ended(&mut self, outcome: &Outcome);
@@ -64,7 +64,8 @@ impl Timeline {
         self.wake_at(now_ns).is_none()
     }
 
-    /// Releases everything that is due, in the order of instants and then of tasks. Returns the earliest.
+    /// Releases what is due, in the order of instants and then of tasks: as many jobs as there is room for, whatever the
+    /// periods are, so that a turn ends. Returns the earliest.
     pub(crate) fn release<C: Capacity>(
         &mut self,
         scheduler: &mut Recorder<'_, C>,
@@ -72,14 +73,13 @@ impl Timeline {
         now: Instant,
     ) -> Option<u64> {
         let mut first = None;
-        // Each round makes one release; a run that fell behind by more than the table holds sheds the rest as
-        // `full`, so a round is at most one release per period that passed.
-        while let Some(at) = self.next_at().filter(|at| *at <= now.as_nanos()) {
+        for _ in 0..C::JOBS {
+            let Some(at) = self.next_at().filter(|at| *at <= now.as_nanos()) else { break };
             let due = self.next.iter_mut().find(|(_, next)| *next == Some(at));
             let Some((releases, next)) = due else { break };
             let release = Instant::from_nanos(at);
             let taken = scheduler.release_at(releases.task, release, None, now);
-            host.released(releases.task.index(), release, taken != Err(ReleaseError::Full));
+            host.released(releases.task.index(), release, taken);
             *next = releases.period_ns.and_then(|period| at.checked_add(period));
             first = first.or(Some(at));
         }

@@ -13,7 +13,6 @@ use crate::handler::Work;
 use crate::primitive::{AtomicBool, AtomicU32, AtomicU64, Ordering, now_ns};
 use crate::seat::Seat;
 use crate::sleeper::Sleeper;
-use red_core::UnitId;
 
 /// Nobody keeps the time.
 const NOBODY: u32 = u32::MAX;
@@ -22,7 +21,7 @@ const NOBODY: u32 = u32::MAX;
 #[derive(Debug)]
 pub enum Next {
     /// From this time of the run on.
-    Run(UnitId, Work, u64),
+    Run(Work, u64),
     /// Wait until there is something.
     Idle,
     /// The run ends.
@@ -101,8 +100,8 @@ impl Waiting {
             if self.is_stopping() {
                 break Next::Leave;
             }
-            if let Some((unit, work)) = seat.take() {
-                break Next::Run(unit, work, self.now());
+            if let Some(work) = seat.take() {
+                break Next::Run(work, self.now());
             }
             if !self.knocked() {
                 let keeps = self.keep(lane);

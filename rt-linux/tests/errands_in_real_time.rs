@@ -13,6 +13,7 @@ use red_rt::control::Errand;
 use red_rt::handler::Work;
 use red_rt::placement::usable_cpus;
 use red_rt::runtime::{Mode, Setup};
+use red_rt::setup::SetupError;
 
 #[global_allocator]
 static ALLOCATOR: CountingAllocator = CountingAllocator;
@@ -27,7 +28,11 @@ fn a_lane_in_real_time_runs_errands_between_its_bodies() {
     });
     let cpu = *usable_cpus().expect("an affinity mask").last().expect("at least one CPU");
     let mode = Mode::RealTime { priority: 40, cpus: vec![cpu] };
-    let run = Run::start((Setup { mode, ..setup }, task), |_| ());
+    let run = Run::start((Setup { mode: mode.clone(), ..setup }, task), |_| ());
+    // Another run does not get its CPU.
+    let other = Setup { mode, ..called::setup(1, true, |_: &Work| ()).0 };
+    let refused = red_rt::runtime::run(other, called::Counted::default(), |_| (), |_| ()).err();
+    assert_eq!(refused, Some(SetupError::CpusHeld { cpus: vec![cpu] }));
     let mut errand: Errand<_> = Box::new(move |scheduler: &mut Recorder<'_, _>, now: Instant| {
         assert!(scheduler.lanes() == 1 && now > Instant::ZERO);
         asked.fetch_add(1, Ordering::Relaxed);

@@ -5,7 +5,10 @@ use std::sync::{Arc, Mutex, PoisonError, mpsc};
 use std::thread;
 use std::time::{self, Duration};
 
-use red_core::{Caps, Config, Dag, Event, Instant, Node, Outcome, PoolId, Scheduler, TaskId, Timing, Wcet};
+use red_core::{
+    Caps, Config, Dag, Event, Instant, JobId, Node, Outcome, PoolId, ReleaseError, Scheduler, TaskId, Timing,
+    Wcet,
+};
 use red_rt::control::Control;
 use red_rt::handler::{Failed, Handler, Work};
 use red_rt::report::RunReport;
@@ -43,7 +46,7 @@ impl Handler for Noted {
 struct Silent;
 
 impl Host<TwoLanes> for Silent {
-    fn released(&mut self, _task: usize, _release: Instant, _taken: bool) {}
+    fn released(&mut self, _task: usize, _release: Instant, _taken: Result<JobId, ReleaseError>) {}
     fn ended(&mut self, _outcome: &Outcome) {}
     fn event(&mut self, _event: &Event) {}
 }
@@ -110,7 +113,7 @@ fn every_node_of_a_periodic_chain_runs_once_and_in_order_on_a_thread_of_its_lane
     fn body(work: &Work) {
         let name = fs::read_to_string("/proc/thread-self/comm").expect("Linux has it");
         // The first pool has the first lane.
-        let (lane, pool) = (work.lane.index(), work.node.index() % 2);
+        let (lane, pool) = (work.lane().index(), work.node.index() % 2);
         assert_eq!((name.trim_end(), work.pool.index(), lane), (&*format!("red-lane-{lane}"), pool, pool));
     }
     let (report, ran) =

@@ -5,7 +5,9 @@ use std::panic;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 
-use red_core::{Caps, Config, Dag, Event, Instant, Node, NodeId, Outcome, Scheduler, Timing, Wcet};
+use red_core::{
+    Caps, Config, Dag, Event, Instant, JobId, Node, NodeId, Outcome, ReleaseError, Scheduler, Timing, Wcet,
+};
 use red_rt::handler::{Failed, Handler, Work};
 use red_rt::panics::BodyPanic;
 use red_rt::runtime::{Mode, Setup, run};
@@ -20,7 +22,7 @@ static PRINTED: Mutex<Vec<String>> = Mutex::new(Vec::new());
 struct Silent;
 
 impl Host<OneNode> for Silent {
-    fn released(&mut self, _task: usize, _release: Instant, _taken: bool) {}
+    fn released(&mut self, _task: usize, _release: Instant, _taken: Result<JobId, ReleaseError>) {}
     fn ended(&mut self, _outcome: &Outcome) {}
     fn event(&mut self, _event: &Event) {}
 }

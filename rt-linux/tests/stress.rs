@@ -12,8 +12,8 @@ use std::thread;
 
 use nix::sys::signal::{Signal, raise};
 use red_core::{
-    Bytes, Caps, CommitError, Config, Dag, Duration, Event, Frame, Instant, Node, NodeId, Outcome, PoolId,
-    Scheduler, TaskId, Timing, Wcet,
+    Bytes, Caps, CommitError, Config, Dag, Duration, Event, Frame, Instant, JobId, Node, NodeId, Outcome,
+    PoolId, ReleaseError, Scheduler, TaskId, Timing, Wcet,
 };
 use red_record::{Header, Recorder, Writer};
 use red_rt::control::{AskError, Control, Errand};
@@ -94,7 +94,7 @@ impl Host<Small> for Editor {
         }
     }
 
-    fn released(&mut self, _task: usize, _release: Instant, _taken: bool) {}
+    fn released(&mut self, _task: usize, _release: Instant, _taken: Result<JobId, ReleaseError>) {}
 
     fn ended(&mut self, _outcome: &Outcome) {
         self.ended += 1;

@@ -9,6 +9,7 @@
 //! | the holder of the lock | [`Mailbox::pop`] |
 //! | a handler and one observer | [`HandlerCell`] |
 //! | one writer at a time, any readers | [`SeqLock`]: wait-free |
+//! | who uses something, and who takes it away | [`Gate`]: wait-free |
 //!
 //! Under SCHED_FIFO a thread that spins on a lock whose holder it has preempted on the same CPU never returns. So a
 //! lane's CPU has no other contender. Hosts whose lanes share CPUs bring a priority-inheriting [`Exclusive`].
@@ -16,6 +17,7 @@
 #![deny(unsafe_code)]
 
 mod exclusive;
+mod gate;
 mod handler;
 mod mailbox;
 mod primitive;
@@ -24,6 +26,7 @@ mod shared;
 mod ticket_lock;
 
 pub use exclusive::Exclusive;
+pub use gate::{Gate, Inside};
 pub use handler::{HandlerCell, HandlerState, TransitionError};
 pub use mailbox::{Mailbox, Post};
 pub use seq_lock::SeqLock;

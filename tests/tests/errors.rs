@@ -9,7 +9,7 @@ use std::path::Path;
 
 use red_core::{
     Action, Admission, Bytes, Caps, Config, Contention, Dag, Duration, Event, EventKind, Frame, Instant,
-    Late, Node, NodeId, Outcome, PoolId, Scheduler, TaskId, Timing, UnitId, Wcet, refine,
+    Late, Node, NodeId, Outcome, PoolId, Scheduler, SensorId, TaskId, Timing, UnitId, Wcet, refine,
 };
 
 /// Two tasks of four nodes, two jobs, two lanes in two pools, and a record.
@@ -41,6 +41,12 @@ fn refused_but<S, T: Debug, E: Error>(state: &mut S, call: impl FnOnce(&mut S) -
 
 fn node(cost_ms: u64) -> Node {
     Node::new(Wcet::from_millis(cost_ms))
+}
+
+/// An encoder that reads a sensor.
+fn seeing(sensor: u8) -> Node {
+    let frame = Frame { weights: 0, frame: 0, sensor: Some(SensorId::new(sensor)) };
+    Node::shared_encoder(Wcet::from_millis(1), frame)
 }
 
 fn encoder(cost_ms: u64) -> Node {
@@ -188,6 +194,8 @@ fn add_task_errors() -> Vec<String> {
         refused(&mut one, |s| s.add_task(&chain(&[1]), Timing::new(Duration::from_nanos((1 << 62) + 1)))),
         refused(&mut one, |s| s.add_task(&single(node(1).in_pool(PoolId::new(1))), timing)),
         refused(&mut one, |s| s.add_task(&single(node(1).in_pool(PoolId::new(255))), timing)),
+        refused(&mut one, |s| s.add_task(&single(seeing(0)), timing)),
+        refused(&mut one, |s| s.add_task(&single(seeing(255)), timing)),
         refused(&mut one, |s| s.add_task(&single(node(1).memory(Bytes(11))), timing)),
         refused(&mut one, |s| s.add_task(&stage, timing)),
         refused(&mut one, |s| s.add_task(&chain(&[60, 60]), timing)),
@@ -282,12 +290,14 @@ fn commit_errors() -> Vec<String> {
     let mut empty = scheduler.edit(task).expect("it is admitted");
     assert!(empty.remove_node(NodeId::new(0)) && empty.remove_node(NodeId::new(1)));
     let elsewhere = adding(&scheduler, node(1).in_pool(PoolId::new(1)));
+    let blind = adding(&scheduler, seeing(0));
     let large = adding(&scheduler, node(1).memory(Bytes(11)));
     let slow = adding(&scheduler, node(100));
     let mut names = vec![
         refused(&mut scheduler, |s| s.commit(&orphan, ms(0))),
         refused(&mut scheduler, |s| s.commit(&empty, ms(0))),
         refused(&mut scheduler, |s| s.commit(&elsewhere, ms(0))),
+        refused(&mut scheduler, |s| s.commit(&blind, ms(0))),
         refused(&mut scheduler, |s| s.commit(&large, ms(0))),
         refused(&mut scheduler, |s| s.commit(&slow, ms(0))),
     ];

@@ -5,6 +5,7 @@ use red_core::{
     Caps, Dag, DeadlineRule, Duration, LevelShare, Levels, Node, NodeId, SubDeadlines, Wcet, shares,
 };
 use red_tests::plan::{PlanNode, TaskPlan, plan};
+use red_traces::RULES;
 use red_workload::model::{self, Arrival, Body, Part, Pool, PoolKind, Task, Work, Workload};
 
 type Few = Caps<1, 5, 1>;
@@ -13,15 +14,6 @@ const COSTS: [u64; 3] = [0, 1, 3];
 /// Below, about and above what five nodes take.
 const DEADLINES: [u64; 3] = [1, 7, 20];
 const LANES: u8 = 2;
-
-const RULES: [DeadlineRule; 6] = [
-    DeadlineRule::EndToEnd,
-    DeadlineRule::LevelSum,
-    DeadlineRule::LevelGraham,
-    DeadlineRule::PathProportional,
-    DeadlineRule::LatestFinish,
-    DeadlineRule::LatestStart,
-];
 
 /// Sub-deadline and key of each node.
 type Assigned = Vec<(i64, i64)>;

@@ -93,6 +93,21 @@ fn a_new_node_has_no_name_that_a_job_of_an_older_graph_uses() {
 }
 
 #[test]
+fn a_node_is_known_as_long_as_a_job_has_it() {
+    let mut scheduler = Scheduler::new(Config::EDF);
+    let task = task(&mut scheduler, &[1, 1], 50);
+    let gone = NodeId::new(1);
+    scheduler.release(task, at_ms(0)).unwrap();
+    let unit = start(&mut scheduler, at_ms(0)).expect("one that runs");
+    let mut edit = scheduler.edit(task).unwrap();
+    assert!(edit.remove_node(gone));
+    assert!(scheduler.commit(&edit, at_ms(0)).unwrap().fits());
+    assert!(scheduler.task_node(task, gone).is_some(), "a job is about to run it");
+    assert_eq!(scheduler.fail(unit, at_ms(1)), Ok(()));
+    assert!(scheduler.task_node(task, gone).is_none(), "its place may be another's");
+}
+
+#[test]
 fn a_job_takes_over_nothing_of_one_that_was_suspended_in_its_place() {
     let config = Config { preempt: true, late: Late::AbortJob, ..Config::REDRT.with_lanes(1) };
     let mut scheduler = Scheduler::<Small>::new(config);

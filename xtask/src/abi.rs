@@ -33,8 +33,8 @@ use crate::report::Tally;
 use crate::tools;
 use crate::workspace::Workspace;
 
-/// What the step needs: programs and their packages.
-const TOOLS: &[(&str, &[&str])] = &[
+/// What the step needs, and who builds with CMake: programs and their packages.
+pub(crate) const TOOLS: &[(&str, &[&str])] = &[
     ("g++", &["g++"]),
     ("clang++", &["clang"]),
     ("cmake", &["cmake"]),
@@ -58,7 +58,7 @@ pub(crate) fn step(workspace: &Workspace, depth: Depth) -> Result<Tally, Failure
     installed(workspace, &made, &[])?;
     installed(workspace, &firmware, &["--target", CORTEX_M4])?;
     // What was installed may be moved.
-    fs::rename(&made, &prefix).map_err(|reason| build::failure(&prefix, reason))?;
+    fs::rename(&made, &prefix).map_err(Failure::of_file(&prefix))?;
 
     let mut passed = 1 + compile::check(workspace, &prefix)? + exports::check(workspace, &prefix)?;
     passed += exports::check_firmware(workspace, &firmware)?;
@@ -76,7 +76,10 @@ pub(crate) fn step(workspace: &Workspace, depth: Depth) -> Result<Tally, Failure
     cmake(&["--build", &build])?;
     cmake(&["--install", &build, "--prefix", &by_cmake.display().to_string()])?;
     tree::same(&by_cmake, &prefix, &firmware)?;
-    Ok(Tally { passed: passed + 1, ..Tally::default() })
+    // The allocator is the library's: other tests are built without it.
+    let counts = ["test", "--package", "red-ffi", "--features", "counts", "--test", "allocations"];
+    let counts = workspace.cargo(&counts).stream()?;
+    Ok(Tally { passed: passed + 1 + counts.passed, ..Tally::default() })
 }
 
 /// Names of the functions that the library of the core has.

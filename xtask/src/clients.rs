@@ -18,9 +18,6 @@ use crate::report::Tally;
 use crate::tools;
 use crate::workspace::Workspace;
 
-/// Programs that are needed beside those of the step that installs, and their packages.
-const TOOLS: &[(&str, &[&str])] = &[("valgrind", &["valgrind"]), ("clang++", &["clang"])];
-
 /// One way to build and run the tests of the C ABI.
 struct Way {
     name: &'static str,
@@ -59,7 +56,7 @@ const WAYS: &[Way] = &[
 /// # Errors
 /// A test fails, a tool reports something, or an example does not end well.
 pub(crate) fn step(workspace: &Workspace, _: Depth) -> Result<Tally, Failure> {
-    for (program, packages) in TOOLS {
+    for (program, packages) in abi::TOOLS.iter().chain(&[("valgrind", ["valgrind"].as_slice())]) {
         tools::present(workspace, program, packages)?;
     }
     let nightly = Nightly::with(workspace, &["rust-src"])?;
@@ -99,7 +96,8 @@ fn tried(workspace: &Workspace, way: &Way, prefix: &Path, folder: &Path) -> Resu
 /// Builds what CMake configured in a folder, and runs its tests; how many there were.
 fn run(workspace: &Workspace, folder: &Path, name: &str) -> Result<u32, Failure> {
     workspace.command("cmake").args(&["--build"]).args(&[folder]).args(&["--parallel", "2"]).text()?;
-    let ctest = ["--output-on-failure", "--parallel", "2", "--test-dir"];
+    // What hangs fails here, and not at the end of everybody's patience: in seconds.
+    let ctest = ["--output-on-failure", "--timeout", "600", "--parallel", "2", "--test-dir"];
     let said = workspace.command("ctest").args(&ctest).args(&[folder]).text()?;
     passed(&said).ok_or_else(|| Failure::Wrong(format!("{name}: no test was run:\n{said}")))
 }

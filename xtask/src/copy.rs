@@ -23,7 +23,7 @@ pub(crate) fn of(workspace: &Workspace, name: &str) -> Result<PathBuf, Failure> 
 
 /// Makes `to` what `from` is. A file that is the same keeps its time.
 fn mirror(from: &Path, to: &Path, is_source: &dyn Fn(&Path) -> bool) -> Result<(), Failure> {
-    let failure = |reason| Failure::File { path: to.display().to_string(), reason };
+    let failure = Failure::of_file(to);
     if from.is_file() {
         return match fs::read(from).ok() == fs::read(to).ok() {
             true => Ok(()),

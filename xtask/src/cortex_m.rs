@@ -16,8 +16,6 @@ const TIME: [&str; 2] = ["-icount", "shift=5,sleep=off"];
 const SERIAL: [&str; 2] = ["-serial", "file:/dev/stderr"];
 /// Frames of defmt, at least: each unit is logged when it starts and by its body.
 const LOGGED: usize = 2 * 210;
-/// What the firmware is told for a planted mistake: the encoder is not shared.
-const PLANTED: &str = "other-frame";
 
 /// The step: the firmware passes its own checks and logs; with a planted mistake it does not pass.
 pub(crate) fn step(workspace: &Workspace, _: Depth) -> Result<Tally, Failure> {
@@ -42,10 +40,6 @@ pub(crate) fn step(workspace: &Workspace, _: Depth) -> Result<Tally, Failure> {
     say!("{frames} frames of defmt");
 
     say!("with a planted mistake, to be found:");
-    match board()?.args(&["-append", PLANTED]).capture() {
-        Err(Failure::Status { status, .. }) if status.code() == Some(1) => {}
-        Err(failure) => return Err(failure),
-        Ok(_) => return Err(Failure::Wrong("the firmware passes with an encoder that is not shared".into())),
-    }
+    cross::finds_planted(board()?)?;
     Ok(Tally { passed: 3, ..Tally::default() })
 }

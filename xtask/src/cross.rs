@@ -62,6 +62,21 @@ pub(crate) fn cortex_m(workspace: &Workspace, program: &Path) -> Result<Run, Fai
     Ok(board_emulator.args(&board).args(&host).args(&[program]))
 }
 
+/// Firmware of ours that is told to make a mistake, an encoder that is not shared, has to find it.
+///
+/// # Errors
+/// It cannot be started, or it finds something else, or nothing.
+pub(crate) fn finds_planted(board: Run) -> Result<(), Failure> {
+    let (said, passes) = board.args(&["-append", "other-frame"]).all_text()?;
+    let finds = |line: &str| line.starts_with("encoders run ") && line.ends_with("WRONG");
+    match !passes && said.lines().any(|line| finds(line.trim_end())) {
+        true => Ok(()),
+        false => {
+            Err(Failure::Wrong(format!("the firmware does not say that an encoder is not shared:\n{said}")))
+        }
+    }
+}
+
 /// The emulator of a Linux process on AArch64.
 ///
 /// # Errors

@@ -240,15 +240,11 @@ fn sources(workspace: &Workspace) -> Result<Vec<String>, Failure> {
 }
 
 fn read(path: &Path) -> Result<String, Failure> {
-    fs::read_to_string(path).map_err(|reason| failure(path, reason))
+    fs::read_to_string(path).map_err(Failure::of_file(path))
 }
 
 fn write(path: &Path, text: &str) -> Result<(), Failure> {
-    fs::write(path, text).map_err(|reason| failure(path, reason))
-}
-
-fn failure(path: &Path, reason: std::io::Error) -> Failure {
-    Failure::File { path: path.display().to_string(), reason }
+    fs::write(path, text).map_err(Failure::of_file(path))
 }
 
 #[cfg(test)]

@@ -24,6 +24,7 @@ macro_rules! complain {
 mod aarch64;
 mod abi;
 mod abi_traces;
+mod bench;
 mod clients;
 mod copy;
 mod cortex_m;
@@ -125,16 +126,13 @@ fn main() -> ExitCode {
             Ok(wish) => finish(mutants::run(&workspace, &wish)),
             Err(reason) => refuse(&reason),
         },
-        ["bench", ref rest @ ..] => {
-            let bench = ["run", "--release", "-p", "red-benches", "--"];
-            match workspace.cargo(&bench).args(rest).stream() {
-                // The bench has said why, and each status has its meaning.
-                Err(Failure::Status { status, .. }) if matches!(status.code(), Some(1..=3)) => {
-                    ExitCode::from(status.code().and_then(|code| u8::try_from(code).ok()).unwrap_or(1))
-                }
-                result => finish(result),
+        ["bench", ref rest @ ..] => match bench::run(&workspace, rest) {
+            // The bench has said why, and each status has its meaning.
+            Err(Failure::Status { status, .. }) if matches!(status.code(), Some(1..=3)) => {
+                ExitCode::from(status.code().and_then(|code| u8::try_from(code).ok()).unwrap_or(1))
             }
-        }
+            result => finish(result),
+        },
         ["faults"] => finish(faults::run(&workspace)),
         ["loom", ref words @ ..] => match loom::Wish::of(words) {
             Ok(wish) if wish.mutants => status(loom_mutants::run(&workspace, &wish.names)),

@@ -162,7 +162,7 @@ impl<'a> Bench<'a> {
             }
         }
         found.tests = self.tests;
-        fs::write(&kept, found.text()).map_err(|reason| file(&kept, reason))?;
+        fs::write(&kept, found.text()).map_err(Failure::of_file(&kept))?;
         Ok(found)
     }
 
@@ -173,13 +173,13 @@ impl<'a> Bench<'a> {
         let limit = if stage.targets == QUICK.targets { quick } else { all };
         let out = folder.join("mutants.out");
         if out.exists() {
-            fs::remove_dir_all(&out).map_err(|reason| file(&out, reason))?;
+            fs::remove_dir_all(&out).map_err(Failure::of_file(&out))?;
         }
-        fs::create_dir_all(&out).map_err(|reason| file(&out, reason))?;
+        fs::create_dir_all(&out).map_err(Failure::of_file(&out))?;
         let rest: String =
             self.names.iter().filter(|name| !wanted.contains(name)).map(|name| format!("{name}\n")).collect();
         let before = out.join("previously_caught.txt");
-        fs::write(&before, rest).map_err(|reason| file(&before, reason))?;
+        fs::write(&before, rest).map_err(Failure::of_file(&before))?;
 
         let how =
             ["--iterate", "--in-place", "--baseline=skip", "--test-package=red-core,red-tests", "--output"];
@@ -249,7 +249,7 @@ fn hash_files(folder: &Path, add: &mut dyn FnMut(&Path, &[u8])) -> Result<(), Fa
         if path.is_dir() {
             hash_files(&path, add)?;
         } else {
-            add(&path, &fs::read(&path).map_err(|reason| file(&path, reason))?);
+            add(&path, &fs::read(&path).map_err(Failure::of_file(&path))?);
         }
     }
     Ok(())
@@ -298,10 +298,6 @@ fn lower_bound(hits: usize, of: usize) -> f64 {
 
 fn read(path: &Path) -> String {
     fs::read_to_string(path).unwrap_or_default()
-}
-
-fn file(path: &Path, reason: std::io::Error) -> Failure {
-    Failure::File { path: path.display().to_string(), reason }
 }
 
 #[cfg(test)]

@@ -162,7 +162,7 @@ fn image(workspace: &Workspace, folder: &Path) -> Result<PathBuf, Failure> {
     for (from, to) in &files {
         let to = root.join(to.strip_prefix("/").unwrap_or(to));
         to.parent().map_or(Ok(()), make)?;
-        fs::copy(from, &to).map_err(|reason| Failure::File { path: from.display().to_string(), reason })?;
+        fs::copy(from, &to).map_err(Failure::of_file(from))?;
     }
     tools::present(workspace, "strip", &["binutils"])?;
     // Names for debuggers would be most of the image.
@@ -174,7 +174,7 @@ fn image(workspace: &Workspace, folder: &Path) -> Result<PathBuf, Failure> {
 }
 
 fn make(folder: &Path) -> Result<(), Failure> {
-    fs::create_dir_all(folder).map_err(|reason| Failure::File { path: folder.display().to_string(), reason })
+    fs::create_dir_all(folder).map_err(Failure::of_file(folder))
 }
 
 #[cfg(test)]

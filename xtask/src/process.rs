@@ -26,6 +26,13 @@ pub(crate) enum Failure {
     Wrong(String),
 }
 
+impl Failure {
+    /// Of a file, with why it cannot be read or written.
+    pub(crate) fn of_file(path: &Path) -> impl Fn(io::Error) -> Self + Copy {
+        move |reason| Self::File { path: path.display().to_string(), reason }
+    }
+}
+
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -145,13 +152,19 @@ impl Run {
     ///
     /// # Errors
     /// It cannot be started, or it fails.
-    pub(crate) fn capture(mut self) -> Result<String, Failure> {
+    pub(crate) fn capture(self) -> Result<String, Failure> {
+        self.bytes().map(|bytes| String::from_utf8_lossy(&bytes).trim().into())
+    }
+
+    /// Its standard output, as it is.
+    ///
+    /// # Errors
+    /// It cannot be started, or it fails.
+    pub(crate) fn bytes(mut self) -> Result<Vec<u8>, Failure> {
         let command = self.line();
         match self.0.output() {
             Err(reason) => Err(Failure::Start { command, reason }),
-            Ok(output) if output.status.success() => {
-                Ok(String::from_utf8_lossy(&output.stdout).trim().into())
-            }
+            Ok(output) if output.status.success() => Ok(output.stdout),
             Ok(output) => Err(Failure::Status { command, status: output.status, tally: Tally::default() }),
         }
     }

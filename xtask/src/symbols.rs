@@ -38,8 +38,7 @@ pub(crate) fn check(workspace: &Workspace, _: Depth) -> Result<Tally, Failure> {
         let build = ["build", "--quiet", "--release", "--package", "red-symbols", "--target", target];
         workspace.cargo(&build).stream()?;
         let archive = workspace.target.join(target).join("release/libred_symbols.a");
-        let bytes = fs::read(&archive)
-            .map_err(|reason| Failure::File { path: archive.display().to_string(), reason })?;
+        let bytes = fs::read(&archive).map_err(Failure::of_file(&archive))?;
         let look = |is_entry: &dyn Fn(&str) -> bool| {
             reach::from_entries(&bytes, is_entry, OUTSIDE, FORBIDDEN)
                 .map_err(|reason| wrong(reason.to_string()))

@@ -78,8 +78,7 @@ pub(crate) fn python(workspace: &Workspace) -> Result<Python<'_>, Failure> {
     let install = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "-r"];
     let requirements = models.join("reference-requirements.txt");
     workspace.command(folder.join("bin/python")).args(&install).args(&[requirements]).stream()?;
-    fs::write(&stamp, wanted)
-        .map_err(|reason| Failure::File { path: stamp.display().to_string(), reason })?;
+    fs::write(&stamp, wanted).map_err(Failure::of_file(&stamp))?;
     Ok(python)
 }
 
@@ -141,5 +140,5 @@ pub(crate) fn debian(workspace: &Workspace, what: &'static str, packages: &[&str
 }
 
 fn read(path: &Path) -> Result<String, Failure> {
-    fs::read_to_string(path).map_err(|reason| Failure::File { path: path.display().to_string(), reason })
+    fs::read_to_string(path).map_err(Failure::of_file(path))
 }

@@ -53,6 +53,6 @@ impl Workspace {
 /// # Errors
 /// It cannot be read.
 pub(crate) fn entries(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
-    let failure = |reason| Failure::File { path: folder.display().to_string(), reason };
+    let failure = Failure::of_file(folder);
     fs::read_dir(folder).map_err(failure)?.map(|entry| Ok(entry.map_err(failure)?.path())).collect()
 }

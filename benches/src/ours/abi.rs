@@ -1,21 +1,20 @@
-//! One lane through the C ABI: the same calls as `one_lane`, behind pointers, as they come out of a shared library.
+//! One lane through the C ABI: the same calls as `one_lane`, behind pointers.
 
-use std::hint::black_box;
+mod functions;
 
 use red_core::Empty;
 use red_core::{Action, Caps, Config, Instant, PoolId, Scheduler};
 use red_ffi::{
     RED_ABI_VERSION, RED_ALIGN, RED_DAG_16X256X64_BYTES, RED_SCHEDULER_16X256X64_BYTES, red_action,
-    red_action_kind, red_config, red_config_preset, red_dag, red_dag_add_edge, red_dag_add_node,
-    red_dag_close, red_dag_open_16x256x64, red_node, red_preset, red_role, red_scheduler,
-    red_scheduler_add_task, red_scheduler_close, red_scheduler_complete_and_poll,
-    red_scheduler_open_16x256x64, red_scheduler_poll, red_scheduler_release, red_status, red_timing,
+    red_action_kind, red_config, red_dag, red_node, red_preset, red_role, red_scheduler, red_status,
+    red_timing,
 };
 
 use super::{DEADLINE, WCET, admit, dag};
 use crate::measure::{Runner, fill};
 use crate::not_run::NotRun;
 use crate::peers::Setup;
+use functions::Functions;
 
 /// The largest class of the ABI.
 pub(super) type Class = Caps<16, 256, 64, 32, 32, 4, 1024>;
@@ -36,6 +35,7 @@ impl<const BYTES: usize> Lent<BYTES> {
 
 /// A scheduler that is closed at the end.
 struct Open {
+    red: Functions,
     scheduler: red_scheduler,
     _memory: Box<Lent<RED_SCHEDULER_16X256X64_BYTES>>,
 }
@@ -49,7 +49,7 @@ impl Open {
 
 impl Drop for Open {
     fn drop(&mut self) {
-        assert_eq!(red_scheduler_close(&raw mut self.scheduler), red_status::Ok, "closed once");
+        assert_eq!((self.red.close)(&raw mut self.scheduler), red_status::Ok, "closed once");
     }
 }
 
@@ -62,24 +62,19 @@ const fn size<T>() -> u32 {
     size_of::<T>() as u32
 }
 
-fn open(setup: &Setup<'_>) -> Result<(Open, u32), NotRun> {
+fn open(red: Functions, setup: &Setup<'_>) -> Result<(Open, u32), NotRun> {
     let abi_version = RED_ABI_VERSION;
     let mut config = red_config { struct_size: size::<red_config>(), abi_version, ..red_config::EMPTY };
-    ok(red_config_preset(red_preset::Redrt as u32, &raw mut config))?;
+    ok((red.preset)(red_preset::Redrt as u32, &raw mut config))?;
     let mut memory = Lent::new();
     let mut scheduler = red_scheduler::default();
     let at = (&raw mut *memory).cast();
-    ok(red_scheduler_open_16x256x64(
-        at,
-        RED_SCHEDULER_16X256X64_BYTES,
-        &raw const config,
-        &raw mut scheduler,
-    ))?;
-    let mut open = Open { scheduler, _memory: memory };
+    ok((red.open)(at, RED_SCHEDULER_16X256X64_BYTES, &raw const config, &raw mut scheduler))?;
+    let mut open = Open { red, scheduler, _memory: memory };
 
     let mut memory = Lent::<RED_DAG_16X256X64_BYTES>::new();
     let mut dag = red_dag::default();
-    ok(red_dag_open_16x256x64((&raw mut *memory).cast(), RED_DAG_16X256X64_BYTES, &raw mut dag))?;
+    ok((red.dag_open)((&raw mut *memory).cast(), RED_DAG_16X256X64_BYTES, &raw mut dag))?;
     let node = red_node {
         struct_size: size::<red_node>(),
         abi_version,
@@ -89,11 +84,11 @@ fn open(setup: &Setup<'_>) -> Result<(Open, u32), NotRun> {
     };
     let mut number = 0;
     for _ in 0..setup.graph.nodes() {
-        ok(red_dag_add_node(&raw mut dag, &raw const node, &raw mut number))?;
+        ok((red.add_node)(&raw mut dag, &raw const node, &raw mut number))?;
     }
     for (from, list) in setup.graph.successors.iter().enumerate() {
         for &to in list {
-            ok(red_dag_add_edge(&raw mut dag, from as u32, to))?;
+            ok((red.add_edge)(&raw mut dag, from as u32, to))?;
         }
     }
     let timing = red_timing {
@@ -104,8 +99,8 @@ fn open(setup: &Setup<'_>) -> Result<(Open, u32), NotRun> {
         ..red_timing::EMPTY
     };
     let mut task = 0;
-    ok(red_scheduler_add_task(&raw mut open.scheduler, &raw const dag, &raw const timing, &raw mut task))?;
-    ok(red_dag_close(&raw mut dag))?;
+    ok((red.add_task)(&raw mut open.scheduler, &raw const dag, &raw const timing, &raw mut task))?;
+    ok((red.dag_close)(&raw mut dag))?;
     Ok((open, task))
 }
 
@@ -135,15 +130,20 @@ pub(super) fn from_rust(setup: &Setup<'_>) -> Result<Runner, NotRun> {
     }))
 }
 
-/// The same calls through the C ABI.
-pub(super) fn build(setup: &Setup<'_>) -> Result<Runner, NotRun> {
-    let (mut open, task) = open(setup)?;
+/// The same calls through the C ABI, of this program's build.
+pub(super) fn linked(setup: &Setup<'_>) -> Result<Runner, NotRun> {
+    run(Functions::linked(), setup)
+}
+
+/// The same calls of the shared library.
+pub(super) fn loaded(setup: &Setup<'_>) -> Result<Runner, NotRun> {
+    run(Functions::loaded()?, setup)
+}
+
+fn run(red: Functions, setup: &Setup<'_>) -> Result<Runner, NotRun> {
+    let (mut open, task) = open(red, setup)?;
     let (body, call) = (setup.body, setup.body.behind_pointer());
-    // Nothing of the library can be seen here, as in a program that loads it.
-    let release = black_box(red_scheduler_release as extern "C" fn(*mut _, u32, u64, *mut u32) -> _);
-    let poll = black_box(red_scheduler_poll as extern "C" fn(*mut _, u64, *mut _) -> _);
-    let complete_and_poll =
-        black_box(red_scheduler_complete_and_poll as extern "C" fn(*mut _, u64, u64, *mut _) -> _);
+    let Functions { release, poll, complete_and_poll, .. } = red;
     let mut now = 0;
     Ok(Box::new(move |runs, samples| {
         let mut completed = true;

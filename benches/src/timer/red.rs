@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::Duration;
 
-use red_core::{Caps, Config, Event, Instant, Outcome, PoolId, Scheduler};
+use red_core::{Caps, Config, Event, Instant, JobId, Outcome, PoolId, ReleaseError, Scheduler};
 use red_rt::clock::now_ns;
 use red_rt::handler::{Failed, Handler, Work};
 use red_rt::runtime::{Mode, Setup, run};
@@ -86,7 +86,7 @@ impl Handler for Stopwatch {
 struct Silent;
 
 impl Host<OneNode> for Silent {
-    fn released(&mut self, _task: usize, _release: Instant, _taken: bool) {}
+    fn released(&mut self, _task: usize, _release: Instant, _taken: Result<JobId, ReleaseError>) {}
     fn ended(&mut self, _outcome: &Outcome) {}
     fn event(&mut self, _event: &Event) {}
 }

@@ -2,7 +2,7 @@
 //! before real time starts.
 
 use super::faults::Faults;
-use red_core::{Capacity, CommitError, Event, EventKind, Instant, Outcome, TaskId};
+use red_core::{Capacity, CommitError, Event, EventKind, Instant, JobId, Outcome, ReleaseError, TaskId};
 use red_record::Recorder;
 use red_rt::timeline::Host;
 use red_workload::build::{self, Change};
@@ -120,14 +120,17 @@ impl<C: Capacity> Host<C> for Notes {
         }
     }
 
-    fn released(&mut self, task: usize, release: Instant, taken: bool) {
+    fn released(&mut self, task: usize, release: Instant, taken: Result<JobId, ReleaseError>) {
+        if taken.is_err_and(|error| error != ReleaseError::Full) {
+            return;
+        }
         add(&self.live.released);
         let Some(log) = self.logs.get_mut(task).filter(|log| log.has_room()) else {
             self.dropped += 1;
             return;
         };
         let deadline = release.as_nanos().saturating_add(self.deadlines_ns[task]);
-        if taken {
+        if taken.is_ok() {
             log.released(release.as_nanos(), deadline);
         } else {
             log.refused(release.as_nanos(), deadline);

@@ -1,4 +1,4 @@
-//! Rows 41 to 47: what C may get wrong.
+//! Rows 31 and 41 to 49: what C may get wrong.
 
 mod border;
 mod calls;

@@ -2,8 +2,8 @@
 //! handed from one lane to the other.
 
 use red_core::{
-    Capacity, Caps, Config, Dag, Duration, Event, Instant, Node, Outcome, PoolId, Scheduler, TaskId, Timing,
-    Wcet,
+    Capacity, Caps, Config, Dag, Duration, Event, Instant, JobId, Node, Outcome, PoolId, ReleaseError,
+    Scheduler, TaskId, Timing, Wcet,
 };
 use red_rt::control::Control;
 use red_rt::handler::{Failed, Handler, Work};
@@ -88,9 +88,9 @@ pub(crate) struct Notes {
 }
 
 impl<C: Capacity> Host<C> for Notes {
-    fn released(&mut self, _task: usize, _release: Instant, taken: bool) {
-        self.released += usize::from(taken);
-        self.refused += usize::from(!taken);
+    fn released(&mut self, _task: usize, _release: Instant, taken: Result<JobId, ReleaseError>) {
+        self.released += usize::from(taken.is_ok());
+        self.refused += usize::from(taken.is_err());
     }
 
     fn ended(&mut self, outcome: &Outcome) {

@@ -14,15 +14,7 @@ use red_core::{
 };
 use red_rt::clock::suspended_ns;
 use red_tests::rng::Rng;
-
-const RULES: [DeadlineRule; 6] = [
-    DeadlineRule::EndToEnd,
-    DeadlineRule::LevelSum,
-    DeadlineRule::LevelGraham,
-    DeadlineRule::PathProportional,
-    DeadlineRule::LatestFinish,
-    DeadlineRule::LatestStart,
-];
+use red_traces::RULES;
 
 const D: u64 = 100 * MS;
 

@@ -10,7 +10,9 @@ use nix::sys::signal::{SaFlags, SigAction, SigHandler, SigSet, Signal, raise, si
 use nix::unistd::{Pid, gettid};
 use red_bodies::plugin::{Host as PluginHost, Plugin};
 use red_bodies::{Body, Call};
-use red_core::{CommitError, Event, Instant, NodeId, Outcome, Scheduler, ShedReason, TaskId};
+use red_core::{
+    CommitError, Event, Instant, JobId, NodeId, Outcome, ReleaseError, Scheduler, ShedReason, TaskId,
+};
 use red_record::Recorder;
 use red_rt::control::{Control, Refused};
 use red_rt::handler::{Failed, Work};
@@ -131,9 +133,9 @@ impl Host<TwoLanes> for Reenters {
         }
     }
 
-    fn released(&mut self, _task: usize, _release: Instant, taken: bool) {
+    fn released(&mut self, _task: usize, _release: Instant, taken: Result<JobId, ReleaseError>) {
         self.released += 1;
-        self.refused += u64::from(!taken);
+        self.refused += u64::from(taken.is_err());
     }
 
     fn ended(&mut self, _outcome: &Outcome) {

@@ -67,8 +67,8 @@ impl<C: Capacity> Dag<C> {
     pub fn add_node(&mut self, node: Node) -> Result<NodeId, NodeError> {
         let end = usize::from(self.end);
         let mut places = (end..C::NODES).chain(0..end.min(C::NODES));
-        let place = places.find(|i| !self.present.contains(*i) && !self.taken.contains(*i));
-        let place = place.ok_or(NodeError::Full)?;
+        let is_free = |i: &usize| !self.present.contains(*i) && !self.taken.contains(*i);
+        let place = places.find(is_free).ok_or(NodeError::Full)?;
         let cost = node.wcet.as_nanos().checked_add(node.contention.as_nanos());
         self.work = cost.and_then(|c| self.work.checked_add(c)).ok_or(NodeError::WorkOverflow)?;
         self.nodes[place] = node;

@@ -30,7 +30,7 @@ crate::error::errors! {
     }
 }
 
-/// Replaces `stage` by `encoder` and `decoders`. Time bound: O(nodes + edges * decoders).
+/// Replaces `stage` by `encoder` and `decoders`; nodes move, so it is no edit. Time bound: O(nodes + edges * decoders).
 ///
 /// # Errors
 /// [`RefineError`].

@@ -6,7 +6,7 @@ use crate::analysis::{Certificate, response_time};
 use crate::capacity::{Capacity, Empty};
 use crate::config::Admission;
 use crate::graph::{Levels, Role};
-use crate::time::Bytes;
+use crate::time::{Bytes, Duration};
 
 impl<C: Capacity> Scheduler<C> {
     /// Refuses a graph that could never run here, and one that does not fit where that is enforced.
@@ -21,7 +21,11 @@ impl<C: Capacity> Scheduler<C> {
                 return Err(AddTaskError::UnknownPool);
             }
             let mut needed = node.memory.0;
-            if matches!(node.role, Role::SharedEncoder(_)) {
+            if let Role::SharedEncoder(frame) = node.role {
+                let period = frame.sensor.map(|sensor| self.sensors.as_ref().get(sensor.index()));
+                if matches!(period, Some(None | Some(&Duration::ZERO))) {
+                    return Err(AddTaskError::UnknownSensor);
+                }
                 let readers = dag.out(place).iter().map(|reader| dag.at(reader));
                 let beside =
                     readers.filter(|reader| reader.role == Role::Decoder && reader.pool == node.pool);
@@ -38,9 +42,7 @@ impl<C: Capacity> Scheduler<C> {
 
     pub(super) fn prove(&self, levels: &Levels<'_, C>, timing: &Timing) -> Certificate {
         let mut budgets = <C::Pools<Option<Bytes>>>::EMPTY;
-        for p in self.pool_numbers() {
-            budgets[p] = self.pools[p].limited.then_some(Bytes(self.pools[p].budget));
-        }
+        (0..C::POOLS).for_each(|p| budgets[p] = self.pools[p].limited.then_some(Bytes(self.pools[p].budget)));
         let limit = timing.period.map_or(timing.deadline, |t| t.min(timing.deadline));
         response_time(levels, limit, self.lanes_by_pool().as_ref(), budgets.as_ref())
     }

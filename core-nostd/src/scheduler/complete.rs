@@ -9,11 +9,12 @@ use crate::time::Instant;
 use core::hint::cold_path;
 
 crate::error::errors! {
-    /// A report was refused.
+    /// A report was refused. But for `Late` nothing changed but the time.
+    #[repr(u64)] // A byte would lie within a unit that is answered instead, which is then taken apart and put together.
     pub enum CompleteError {
-        /// The unit was reported before, or its lane is another's: the host reported twice. Nothing changed.
+        /// The unit was reported before, or its lane is another's: the host reported twice.
         Stale,
-        /// No such unit was ever dispatched: the host made the handle up. Nothing changed.
+        /// No such unit was ever dispatched: the host made the handle up.
         NotRunning,
         /// The unit's jobs had been given up meanwhile. It is counted, and its lane is free again.
         Late,

@@ -32,8 +32,7 @@ impl<C: Capacity> Scheduler<C> {
     #[inline(always)]
     pub fn complete_and_poll(&mut self, unit: UnitId, now: Instant) -> Result<Option<Action>, CompleteError> {
         self.complete(unit, now)?;
-        let now = self.now;
-        self.next(now, 1 << unit.lane().index(), Ok)
+        self.next(self.now, 1 << unit.lane().index(), Ok)
     }
 
     // `answer` wraps the action where it is made: wrapped afterwards it would be copied.

@@ -24,6 +24,8 @@ crate::error::errors! {
         Empty,
         /// A node names a pool that does not exist.
         UnknownPool,
+        /// An encoder names a sensor that does not exist.
+        UnknownSensor,
         /// A node, or an encoder and one of its decoders together, needs more memory than its pool has.
         Memory,
         /// Under `Admission::Enforce`: the certificate does not fit.
@@ -55,13 +57,8 @@ impl<C: Capacity> Scheduler<C> {
     #[must_use]
     pub fn edit(&self, task: TaskId) -> Option<Dag<C>> {
         let t = &self.tasks[self.task_slot(task)?];
-        let (newest, older) = (&t.versions[usize::from(t.current)], &t.versions[usize::from(!t.current)]);
-        let mut dag = newest.dag(&t.nodes);
-        dag.taken = newest.nodes();
-        if older.users > 0 {
-            dag.taken.extend(&older.nodes());
-        }
-        (dag.end, dag.task, dag.revision) = (t.end, task, t.revision);
+        let mut dag = t.versions[usize::from(t.current)].dag(&t.nodes);
+        (dag.taken, dag.end, dag.task, dag.revision) = (t.taken(), t.end, task, t.revision);
         Some(dag)
     }
 
@@ -80,6 +77,7 @@ impl<C: Capacity> Scheduler<C> {
         let proof = self.admit(&levels, &task.timing).map_err(|e| match e {
             AddTaskError::Empty => CommitError::Empty,
             AddTaskError::UnknownPool => CommitError::UnknownPool,
+            AddTaskError::UnknownSensor => CommitError::UnknownSensor,
             AddTaskError::Unschedulable => CommitError::Unschedulable,
             _ => CommitError::Memory,
         })?;

@@ -109,8 +109,7 @@ impl<C: Capacity> Scheduler<C> {
                 let job = &mut self.jobs[slot];
                 let version = self.tasks[job.task.index()].version_of(job);
                 job.done.remove(e);
-                job.place[e] = 0;
-                job.left += 1;
+                (job.place[e], job.left) = (0, job.left + 1);
                 // The encoder's second end counts every successor down again, done ones too.
                 version.successors[e].each(|s| job.waiting_for[s] += 1);
                 job.ready = job.ready.without(&version.successors[e]);

@@ -44,8 +44,7 @@ impl<C: Capacity> Scheduler<C> {
             self.pools[pool].mark = mark;
             self.pools[pool].tick_busy = mark.wrapping_sub(base);
         }
-        self.window = Instant::from_nanos(start);
-        self.now = now;
+        (self.window, self.now) = (Instant::from_nanos(start), now);
         now
     }
 
@@ -100,8 +99,7 @@ impl<C: Capacity> Scheduler<C> {
     /// A job was released: `poll` may have to look earlier.
     pub(super) fn watch(&mut self, slot: usize) {
         if self.in_flight.count_ones() == 1 {
-            self.monitor.behind = false;
-            self.alarm = Instant::MAX;
+            (self.monitor.behind, self.alarm) = (false, Instant::MAX);
         }
         self.alarm = self.alarm.min(self.look_at(slot)).min(self.tick_to_keep());
         self.look_now();
@@ -120,8 +118,7 @@ impl<C: Capacity> Scheduler<C> {
         (self.monitor.behind, self.attends) = (true, true);
         if self.next_tick() == self.now {
             // A tick of this instant came before that.
-            self.monitor.looked_at = self.this_tick();
-            self.monitor.over = 0;
+            (self.monitor.looked_at, self.monitor.over) = (self.this_tick(), 0);
         }
         self.alarm = self.alarm.min(self.now.saturating_add(NEXT));
     }
@@ -195,8 +192,7 @@ impl<C: Capacity> Scheduler<C> {
             let best = if worst.is_some() && !waits { worst } else { outlook(Case::Best) };
             doomed |= u64::from(best.is_none()) << slot;
             let job = &mut self.jobs[slot];
-            job.safe_until = worst.or(best).unwrap_or(self.now);
-            job.behind = worst.is_none();
+            (job.safe_until, job.behind) = (worst.or(best).unwrap_or(self.now), worst.is_none());
         }
         doomed
     }

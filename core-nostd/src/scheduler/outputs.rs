@@ -60,8 +60,7 @@ impl<C: Capacity> Scheduler<C> {
         let written = usize::from(l.output).checked_sub(1).filter(|_| l.is_encoder);
         if let Some(place) = written {
             let bytes = if self.config.frame_cache { l.memory } else { 0 };
-            self.outputs[place].state = OutputState::Kept;
-            self.outputs[place].bytes = bytes;
+            (self.outputs[place].state, self.outputs[place].bytes) = (OutputState::Kept, bytes);
             self.pools[usize::from(l.pool)].used += bytes;
         }
         let mut is_first = true;
@@ -155,11 +154,10 @@ impl<C: Capacity> Scheduler<C> {
     }
 
     pub(super) fn free_output(&mut self, place: usize) {
-        let is_read = self.is_read(place);
-        let output = &mut self.outputs[place];
-        output.state = if is_read { OutputState::Draining } else { OutputState::Free };
-        let pool = usize::from(output.pool);
-        self.pools[pool].used -= output.bytes;
+        let state = if self.is_read(place) { OutputState::Draining } else { OutputState::Free };
+        self.outputs[place].state = state;
+        let Output { pool, bytes, .. } = self.outputs[place];
+        self.pools[usize::from(pool)].used -= bytes;
         self.active |= 1 << pool;
     }
 

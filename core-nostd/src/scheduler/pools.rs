@@ -83,8 +83,7 @@ impl<C: Capacity> Scheduler<C> {
         for lane in first..end {
             self.lanes[usize::from(lane)].pool = pool as u8;
         }
-        self.lane_count = end;
-        self.pool_count += 1;
+        (self.lane_count, self.pool_count) = (end, self.pool_count + 1);
         Ok(PoolId::new(pool as u8))
     }
 

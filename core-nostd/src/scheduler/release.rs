@@ -9,7 +9,7 @@ use crate::time::Instant;
 use core::hint::cold_path;
 
 crate::error::errors! {
-    /// A release was refused. Nothing changed; on `Full` the host counts the job as shed with that reason.
+    /// A release was refused. Nothing changed but the time; on `Full` the host counts the job as shed with that reason.
     pub enum ReleaseError {
         /// The task is not admitted, or was removed.
         UnknownTask,
@@ -57,14 +57,9 @@ impl<C: Capacity> Scheduler<C> {
         let (generation, key) = (job.generation, release.as_nanos().cast_signed());
         // Written in place: a literal of this size would be built elsewhere and copied.
         *job = Job::EMPTY;
-        job.task = task;
-        job.version = current;
-        job.generation = generation;
+        (job.task, job.index, job.generation, job.version) = (task, index, generation, current);
         job.left = version.len.into();
-        job.release = release;
-        job.deadline = deadline;
-        job.key = key;
-        job.index = index;
+        (job.release, job.deadline, job.key) = (release, deadline, key);
         job.capture = capture.unwrap_or(self.releases);
         job.source = if capture.is_some() { CaptureSource::Host } else { CaptureSource::Job };
         job.safe_until = Instant::from_nanos(key.saturating_add(version.slack).max(0).cast_unsigned());

@@ -3,6 +3,7 @@
 use super::{Scheduler, event::Event};
 use crate::capacity::Capacity;
 use crate::config::Config;
+use crate::time::Instant;
 
 crate::capacity::values! {
     /// What happened so far, in numbers.
@@ -33,6 +34,11 @@ impl<C: Capacity> Scheduler<C> {
     /// Lanes over all pools, retired ones too.
     pub const fn lanes(&self) -> usize {
         self.lane_count as usize
+    }
+
+    /// Latest time seen: time never goes back.
+    pub const fn now(&self) -> Instant {
+        self.now
     }
 
     /// What happened so far, in numbers.

@@ -5,7 +5,7 @@ use crate::analysis::Certificate;
 use crate::capacity::{Capacity, Empty};
 use crate::config::Config;
 use crate::deadlines::Estimator;
-use crate::graph::{Dag, Levels, Node};
+use crate::graph::{Dag, Levels, Node, NodeSet};
 use crate::id::{NodeId, TaskId};
 use crate::policy::Floor;
 use crate::time::{Duration, Instant};
@@ -72,6 +72,8 @@ crate::error::errors! {
         Deadline,
         /// A node names a pool that does not exist.
         UnknownPool,
+        /// An encoder names a sensor that does not exist.
+        UnknownSensor,
         /// A node, or an encoder and one of its decoders together, needs more memory than its pool has.
         Memory,
         /// Under `Admission::Enforce`: the certificate does not fit.
@@ -135,15 +137,14 @@ impl<C: Capacity> Scheduler<C> {
     /// The bound on the response time of the task's newest graph, alone on its pools.
     #[must_use]
     pub fn certificate(&self, task: TaskId) -> Option<Certificate> {
-        let dag = self.edit(task)?;
-        Some(self.prove(&Levels::of(&dag), &self.tasks[task.index()].timing))
+        self.edit(task).map(|dag| self.prove(&Levels::of(&dag), &self.tasks[task.index()].timing))
     }
 
     /// A node of the task, in the newest graph or an older one that jobs in flight still have, and what it took.
     pub fn task_node(&self, task: TaskId, node: NodeId) -> Option<(&Node, &Estimator)> {
         let (t, place) = (&self.tasks[self.task_slot(task)?], node.index());
-        let is_used = place < C::NODES && t.versions.iter().any(|version| version.nodes().contains(place));
-        is_used.then(|| (&t.nodes[place], &t.estimates[place]))
+        let is_there = place < C::NODES && t.taken().contains(place);
+        is_there.then(|| (&t.nodes[place], &t.estimates[place]))
     }
 
     pub(super) fn task_slot(&self, task: TaskId) -> Option<usize> {
@@ -156,6 +157,14 @@ impl<C: Capacity> Task<C> {
     pub(super) fn version_of(&self, job: &Job<C>) -> &Version<C> {
         let [first, second] = &self.versions;
         if job.version { second } else { first }
+    }
+
+    /// Places of the newest graph's nodes, and of the older one's as long as jobs have it.
+    pub(super) fn taken(&self) -> NodeSet<C> {
+        let mut taken = self.versions[usize::from(self.current)].nodes();
+        let older = self.versions.iter().filter(|version| version.users > 0);
+        older.for_each(|version| taken.extend(&version.nodes()));
+        taken
     }
 
     /// Takes a graph for jobs that are released from now on; nodes of the current one keep their samples.

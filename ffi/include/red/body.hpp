@@ -45,7 +45,8 @@ private:
 
 /// Which function runs for which node: a list with room for a body of each node. It allocates nothing, and is copied by the
 /// call that takes it; what a body is called on is not copied, and has to stay where it is until the runtime is closed:
-/// declare it before the runtime.
+/// declare it before the runtime. A body that hangs, for ten times its WCET and 100 ms, is waited for by nobody: what it uses
+/// has to outlive it, so look at `Report::hung` before that goes.
 ///
 /// A body takes a `const Context &` or nothing, and says how it went:
 ///
@@ -80,7 +81,8 @@ public:
     Bodies &on(Result<NodeId> node) noexcept {
         return add(node, call_function<Function>, nullptr);
     }
-    /// A function of the C interface.
+    /// A function of the C interface, which is called as it is: an exception that leaves it ends the process. Give what may
+    /// throw to one of the others.
     Bodies &on(Result<NodeId> node, red_body body, void *user) noexcept { return add(node, body, user); }
 
     // It would be gone when the body runs.
@@ -157,11 +159,20 @@ private:
             return call() ? RED_BODY_DONE : RED_BODY_FAILED;
         } else if constexpr (std::is_same_v<Said, int>) {
             return call();
-        } else {
-            static_assert(std::is_same_v<decltype(std::declval<Said &>().status()), Status>,
-                "a body returns nothing, bool, int, red::Status or red::Result");
+        } else if constexpr (has_status<Said>(nullptr)) {
             return call().status().ok() ? RED_BODY_DONE : RED_BODY_FAILED;
+        } else {
+            static_assert(has_status<Said>(nullptr), "a body returns nothing, bool, int, red::Status or red::Result");
+            return RED_BODY_FAILED;
         }
+    }
+    template <class Said>
+    static constexpr bool has_status(decltype(std::declval<const Said &>().status()) *) noexcept {
+        return std::is_same_v<decltype(std::declval<const Said &>().status()), Status>;
+    }
+    template <class Said>
+    static constexpr bool has_status(...) noexcept {
+        return false;
     }
 
     // What is beyond size_ is never read.

@@ -21,7 +21,8 @@ public:
     Dag() noexcept = default;
     explicit Dag(Status why) noexcept : Handle(why) {}
 
-    /// Opens a graph without nodes. The memory has to outlive it.
+    /// Opens a graph without nodes. The memory has to outlive it. Where something is open in it this is
+    /// RED_STATUS_OVERLAP, also if the answer is to take that one's place: close it before.
     template <class Caps>
     [[nodiscard]] static Result<Dag> open(DagMemory<Caps> &memory) noexcept {
         return open<Caps>(memory.bytes());

@@ -53,10 +53,12 @@ private:
 
 /// A scheduler of Caps16x256x64 with a clock and lanes: it releases jobs by the clock and when told, runs bodies, and keeps
 /// what ended and happened until it is taken. Closed by the destructor, which stops it and waits for the bodies that run; so
-/// what they use is declared before it. From a body it can be neither closed nor destroyed.
+/// what they use is declared before it. It does not wait for a body that hangs: see Body. From a body it can be neither
+/// closed nor destroyed.
 ///
 /// Every call may be made by several threads at once, but close, and take_outcomes and take_events: each of these by one at a
-/// time. Bodies may make those that say so. Names are given as the answers that they came in: the first error goes on.
+/// time. A thread that may call while another one closes uses the C interface, by a copy of c(). Bodies may make those that
+/// say so. Names are given as the answers that they came in: the first error goes on.
 class Runtime : public Handle<red_runtime, red_runtime_close> {
 public:
     using Caps = Caps16x256x64;

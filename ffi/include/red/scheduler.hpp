@@ -20,7 +20,8 @@ public:
     Scheduler() noexcept = default;
     explicit Scheduler(Status why) noexcept : Handle(why) {}
 
-    /// Opens a scheduler without tasks. The memory has to outlive it.
+    /// Opens a scheduler without tasks. The memory has to outlive it. Where something is open in it this is
+    /// RED_STATUS_OVERLAP, also if the answer is to take that one's place: close it before.
     template <class Caps>
     [[nodiscard]] static Result<Scheduler> open(SchedulerMemory<Caps> &memory, const Config &config) noexcept {
         return open<Caps>(memory.bytes(), config);

@@ -22,13 +22,13 @@ pub(crate) fn is_in_body() -> bool {
     IS_IN_BODY.get()
 }
 
-/// Task, body and `user` of a node.
-type Slot = SeqLock<3>;
+/// Task, units that were started before, body and `user` of a node.
+type Slot = SeqLock<4>;
 
 /// The bodies of all nodes of all tasks. Written under the scheduler's lock before a job with the node can be released.
 ///
-/// A lane reads them after it has given that lock back. Meanwhile the task may be removed, and another one admitted in its
-/// place: the lane then finds the other's name and runs nothing.
+/// A lane reads them after it has given that lock back. Meanwhile the task or the node may be removed, and another one come
+/// in its place: the lane then finds the other task's name, or a node that is younger than its unit, and runs nothing.
 pub(crate) struct Bodies {
     slots: Box<[Slot]>,
     pub(crate) threw: AtomicU64,
@@ -44,26 +44,31 @@ impl Bodies {
         self.slots.get(task.index() * Large::NODES + node.index())
     }
 
-    /// Sets the bodies of a task's new nodes.
-    pub(crate) fn set(&self, task: TaskId, callbacks: &[red_callback]) {
+    /// Sets the bodies of a task's new nodes, which so many units were started before.
+    pub(crate) fn set(&self, task: TaskId, units: u64, callbacks: &[red_callback]) {
         for callback in callbacks {
             let Some(slot) = self.slot(task, NodeId::new(callback.node as u8)) else { continue };
             let body = callback.body.map_or(ptr::null_mut(), |body| body as *mut ());
-            slot.write([name(task), body, callback.user.cast()]);
+            slot.write([name(task), word(units), body, callback.user.cast()]);
         }
     }
 
     fn get(&self, work: &Work) -> Option<(red_body, *mut c_void)> {
-        let [task, body, user] = self.slot(work.task, work.node)?.read()?;
+        let [task, units, body, user] = self.slot(work.task, work.node)?.read()?;
         // SAFETY: it is NULL, which is no body, or was made of a function of this type in `set`.
         let body = unsafe { core::mem::transmute::<*mut (), red_body>(body) };
-        (task == name(work.task)).then_some((body, user.cast()))
+        let is_its = task == name(work.task) && (units.addr() as u64) < work.unit.to_bits() >> 16;
+        is_its.then_some((body, user.cast()))
     }
 }
 
 /// A task as a word.
 fn name(task: TaskId) -> *mut () {
-    ptr::without_provenance_mut(task.to_bits() as usize)
+    word(task.to_bits().into())
+}
+
+fn word(number: u64) -> *mut () {
+    ptr::without_provenance_mut(number as usize)
 }
 
 /// Calls the bodies on a lane.
@@ -91,7 +96,7 @@ impl Handler for Calls {
             abi_version: RED_ABI_VERSION,
             task: work.task.to_bits(),
             node: work.node.index() as u32,
-            lane: work.lane.index() as u32,
+            lane: work.lane().index() as u32,
             pool: work.pool.index() as u32,
             output: work.output.map_or(RED_NONE, u32::from),
             reserved: 0,

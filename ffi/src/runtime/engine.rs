@@ -1,23 +1,22 @@
-#![allow(unsafe_code, reason = "a runtime belongs to its handle")]
 //! A runtime: being set up, running, ended.
 //!
 //! Releases, errands and stops go to the running lanes without a lock of ours, so that a body may make them; the mutex is
 //! for threads that set up, start, wait and close.
 
 use super::bodies::{Bodies, Calls, is_in_body};
+use super::called;
 use super::fork;
 use super::notes::{Notes, Teller};
 use super::report::red_report;
 use super::text;
 use super::values::{red_mode, red_runtime_config};
-use crate::handles::{self, Object};
 use crate::status::red_status;
 use core::time::Duration;
 use red_core::{Instant, Scheduler};
 use red_record::class::Large;
 use red_record::{Recorder, Tape, Writer};
 use red_rt::control::{AskError, Control, Errand};
-use red_rt::placement::{choose_cpus, usable_cpus};
+use red_rt::held_cpus::choose_free_cpus;
 use red_rt::report::RunReport;
 use red_rt::runtime::{Mode, Setup, run};
 use red_rt::setup::SetupError;
@@ -25,10 +24,12 @@ use red_rt::stop::StopBy;
 use red_rt::timeline::Releases;
 use std::sync::mpsc::{Sender, channel};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
-use std::thread::JoinHandle;
+use std::thread;
 
 /// Until somebody stops it.
 const FOR_EVER_NS: u64 = 1 << 62;
+/// Between two looks of who closes.
+const MOMENT: Duration = Duration::from_millis(2);
 
 /// The scheduler is moved to where lanes share it, and by an unoptimised build over the stack.
 const STACK: usize = if cfg!(debug_assertions) { 32 << 20 } else { 8 << 20 };
@@ -38,8 +39,6 @@ pub(crate) struct SetUp {
     pub(crate) scheduler: Box<Scheduler<Large>>,
     pub(crate) tape: Option<Tape>,
     pub(crate) writer: Option<Writer>,
-    /// Pools after the first.
-    pub(crate) more_pools: u32,
     /// Whether anything was set up, so that a log would not have it.
     pub(crate) is_begun: bool,
     pub(crate) releases: Vec<Releases>,
@@ -61,7 +60,7 @@ impl SetUp {
 
 pub(crate) enum State {
     SetUp(Box<SetUp>),
-    Running(JoinHandle<()>),
+    Running,
     Ended(Box<red_report>),
     Failed(red_status, String),
 }
@@ -80,25 +79,7 @@ pub(crate) struct Engine {
     pub(crate) notes: Arc<Notes>,
     pub(crate) bodies: Arc<Bodies>,
     shared: Arc<Shared>,
-    /// Sensors that were added; graphs are checked against it before they reach the scheduler.
-    pub(crate) sensors: core::sync::atomic::AtomicUsize,
     forks: u32,
-}
-
-/// Where the runtime of a handle lies.
-fn place(bits: u64) -> Result<*mut Engine, red_status> {
-    match handles::object(bits) {
-        Some(Object::Runtime(engine)) => Ok(engine),
-        _ => Err(handles::refusal(bits)),
-    }
-}
-
-/// The runtime of a handle.
-pub(crate) fn engine(bits: u64) -> Result<&'static Engine, red_status> {
-    let engine = place(bits)?;
-    // SAFETY: it was leaked at `open` and is freed at `close`, after which its handle is not found.
-    let engine = unsafe { &*engine };
-    if engine.forks == fork::generation() { Ok(engine) } else { Err(red_status::Forked) }
 }
 
 impl Engine {
@@ -111,12 +92,11 @@ impl Engine {
             scheduler,
             tape: None,
             writer: None,
-            more_pools: 0,
             is_begun: false,
             releases: Vec::new(),
             cpus: Vec::new(),
         };
-        let engine = Box::into_raw(Box::new(Self {
+        called::open(Self {
             config,
             notes: Notes::new(),
             bodies: Bodies::new(),
@@ -125,36 +105,35 @@ impl Engine {
                 state: Mutex::new(State::SetUp(Box::new(set_up))),
                 ended: Condvar::new(),
             }),
-            sensors: 0.into(),
             forks: fork::generation(),
-        }));
-        handles::open(&(0..0), || Object::Runtime(engine)).inspect_err(|_| {
-            // SAFETY: nobody else knows of it.
-            drop(unsafe { Box::from_raw(engine) });
         })
     }
 
-    /// Stops the runtime, waits for its end and frees it.
+    /// Stops the runtime, waits for its end and for calls that go on, and frees it.
     pub(crate) fn close(bits: u64) -> Result<(), red_status> {
-        // What is freed is the address that `open` had: a reference to it only looks.
-        let (place, engine) = (place(bits)?, engine(bits)?);
+        let called = called::engine(bits)?;
         if is_in_body() {
             return Err(red_status::Busy);
         }
-        engine.stop();
-        let _ended = engine.wait(None);
-        handles::close(bits)?;
-        let thread = {
-            let mut state = engine.state();
-            core::mem::replace(&mut *state, State::Failed(red_status::Closed, String::new()))
-        };
-        if let State::Running(thread) = thread {
-            // It panicked without a report.
-            let _panicked = thread.join();
+        called.shut()?;
+        loop {
+            // Before the end is looked at: who was inside may have started it, and nobody else can.
+            let is_alone = called.is_alone();
+            called.stop();
+            if called.wait(Some(MOMENT)) != Err(red_status::Timeout) && is_alone {
+                break;
+            }
+            if !is_alone {
+                thread::sleep(MOMENT);
+            }
         }
-        // SAFETY: made by `open`; its handle is closed, and callers keep their other calls from going on meanwhile.
-        drop(unsafe { Box::from_raw(place) });
-        Ok(())
+        *called.state() = State::Failed(red_status::Closed, String::new());
+        called.free()
+    }
+
+    /// Whether this process is a child of the one that opened it.
+    pub(crate) fn is_the_parents(&self) -> bool {
+        self.forks != fork::generation()
     }
 
     pub(crate) fn state(&self) -> MutexGuard<'_, State> {
@@ -168,9 +147,17 @@ impl Engine {
     ) -> Result<R, red_status> {
         match &mut *self.state() {
             State::SetUp(set_up) => call(set_up),
-            State::Running(_) | State::Ended(_) => Err(red_status::Started),
+            State::Running | State::Ended(_) => Err(red_status::Started),
             State::Failed(status, _) => Err(*status),
         }
+    }
+
+    /// The same, without waiting for the state where lanes run: a body may ask.
+    fn set_up_unless_running<R>(
+        &self,
+        call: impl FnOnce(&mut SetUp) -> Result<R, red_status>,
+    ) -> Result<R, red_status> {
+        if self.shared.control.get().is_some() { Err(red_status::Started) } else { self.set_up(call) }
     }
 
     /// The running lanes.
@@ -205,10 +192,11 @@ impl Engine {
         &self,
         mut what: impl FnMut(&mut Recorder<'_, Large>, Instant) -> Result<R, red_status> + Send + 'static,
     ) -> Result<R, red_status> {
-        if self.shared.control.get().is_some() {
-            return self.ask(what)?;
+        // Also where it is started meanwhile.
+        match self.set_up_unless_running(|set_up| set_up.call(|scheduler| what(scheduler, Instant::ZERO))) {
+            Err(red_status::Started) => self.ask(what)?,
+            done => done,
         }
-        self.set_up(|set_up| set_up.call(|scheduler| what(scheduler, Instant::ZERO)))
     }
 
     /// Looks at what is being set up; or a lane does it if the runtime runs already.
@@ -216,10 +204,10 @@ impl Engine {
         &self,
         mut what: impl FnMut(&Scheduler<Large>) -> R + Send + 'static,
     ) -> Result<R, red_status> {
-        if self.shared.control.get().is_some() {
-            return self.ask(move |scheduler, _now| what(scheduler));
+        match self.set_up_unless_running(|set_up| Ok(what(&set_up.scheduler))) {
+            Err(red_status::Started) => self.ask(move |scheduler, _now| what(scheduler)),
+            done => done,
         }
-        self.set_up(|set_up| Ok(what(&set_up.scheduler)))
     }
 
     /// Starts the lanes; returns when they run.
@@ -227,10 +215,10 @@ impl Engine {
         let mut state = self.state();
         let placed = match &*state {
             State::SetUp(set_up) => self.mode(set_up),
-            State::Running(_) | State::Ended(_) => return Err(red_status::Started),
+            State::Running | State::Ended(_) => return Err(red_status::Started),
             State::Failed(status, _) => return Err(*status),
         };
-        let mode = placed.map_err(|error| self.fail(&mut state, &error))?;
+        let mode = placed.map_err(|error| failed(&mut state, &error))?;
         let State::SetUp(set_up) =
             core::mem::replace(&mut *state, State::Failed(red_status::Internal, String::new()))
         else {
@@ -240,7 +228,7 @@ impl Engine {
         let (setup, writer) = self.setup(*set_up, mode);
         let (notes, shared) = (self.notes.clone(), self.shared.clone());
         let run = move || run_to_the_end(setup, writer, notes, &shared, &tell);
-        let thread = std::thread::Builder::new().name("red-run".to_owned()).stack_size(STACK).spawn(run);
+        let thread = thread::Builder::new().name("red-run".to_owned()).stack_size(STACK).spawn(run);
         let Ok(thread) = thread else {
             *state = State::Failed(
                 red_status::System,
@@ -250,12 +238,12 @@ impl Engine {
         };
         match told.recv() {
             Ok(Ok(())) => {
-                *state = State::Running(thread);
+                *state = State::Running;
                 Ok(())
             }
             Ok(Err(error)) => {
                 let _ended = thread.join();
-                Err(self.fail(&mut state, &error))
+                Err(failed(&mut state, &error))
             }
             Err(_) => Err(red_status::Internal),
         }
@@ -266,7 +254,7 @@ impl Engine {
             return Ok(Mode::BestEffort);
         }
         let cpus = if set_up.cpus.is_empty() {
-            choose_cpus(set_up.scheduler.lanes(), &usable_cpus()?)?
+            choose_free_cpus(set_up.scheduler.lanes())?
         } else {
             set_up.cpus.clone()
         };
@@ -291,19 +279,6 @@ impl Engine {
         (setup, set_up.writer)
     }
 
-    /// The number of what is missing, whose words are kept.
-    fn fail(&self, state: &mut State, error: &SetupError) -> red_status {
-        let status = match error {
-            SetupError::NotPermitted { .. } => red_status::NotPermitted,
-            SetupError::MoreLanesThanCpus { .. } | SetupError::NotACpuEach { .. } => red_status::Cpus,
-            SetupError::CpuNotUsable { .. } => red_status::Cpus,
-            SetupError::Preempts => red_status::Preempts,
-            _ => red_status::System,
-        };
-        *state = State::Failed(status, text::for_this_program(&error.to_string()));
-        status
-    }
-
     /// Asks the lanes to end; any thread, also a body or a signal handler.
     pub(crate) fn stop(&self) {
         if let Some(control) = self.shared.control.get() {
@@ -316,9 +291,9 @@ impl Engine {
         if is_in_body() {
             return Err(red_status::Busy);
         }
-        let goes_on = |state: &mut State| matches!(state, State::Running(_));
+        let goes_on = |state: &mut State| matches!(state, State::Running);
         let state = self.state();
-        if !matches!(*state, State::Running(_) | State::Ended(_)) {
+        if !matches!(*state, State::Running | State::Ended(_)) {
             return Err(red_status::Idle);
         }
         let state = match timeout {
@@ -328,7 +303,11 @@ impl Engine {
                 waited.unwrap_or_else(PoisonError::into_inner).0
             }
         };
-        if matches!(*state, State::Running(_)) { Err(red_status::Timeout) } else { Ok(()) }
+        match *state {
+            State::Running => Err(red_status::Timeout),
+            State::Failed(status, _) => Err(status),
+            State::SetUp(_) | State::Ended(_) => Ok(()),
+        }
     }
 }
 
@@ -348,16 +327,37 @@ fn run_to_the_end(
     };
     let ran: Result<RunReport, SetupError> =
         run(setup, Teller(notes), started, |_now_ns| ()).map(|(_host, report)| report);
-    let log_dropped = writer.map_or(0, |writer| writer.finish().0.dropped);
-    match ran {
-        Ok(report) => {
-            let report = Box::new(red_report::of(&report, log_dropped));
-            // Who started it sets the state to running before this one waits for it.
-            *shared.state.lock().unwrap_or_else(PoisonError::into_inner) = State::Ended(report);
-            shared.ended.notify_all();
-        }
-        Err(error) => {
+    let log_dropped = writer.map_or(0, |writer| {
+        let totals = writer.finish().0;
+        // A log that could not be closed is not whole either.
+        totals.dropped.max(totals.cut.is_some().into())
+    });
+    let ran = match ran {
+        // Who started it listens until lanes run.
+        Err(error) if shared.control.get().is_none() => {
             let _told = tell.send(Err(error));
+            return;
         }
+        ran => ran,
+    };
+    // Who started it sets the state to running before this one gets it.
+    let mut state = shared.state.lock().unwrap_or_else(PoisonError::into_inner);
+    match ran {
+        Ok(report) => *state = State::Ended(Box::new(red_report::of(&report, log_dropped))),
+        Err(error) => _ = failed(&mut state, &error),
     }
+    shared.ended.notify_all();
+}
+
+/// The number of what is missing, whose words are kept.
+fn failed(state: &mut State, error: &SetupError) -> red_status {
+    let status = match error {
+        SetupError::NotPermitted { .. } => red_status::NotPermitted,
+        SetupError::MoreLanesThanCpus { .. } | SetupError::NotACpuEach { .. } => red_status::Cpus,
+        SetupError::CpuNotUsable { .. } | SetupError::CpusHeld { .. } => red_status::Cpus,
+        SetupError::Preempts => red_status::Preempts,
+        _ => red_status::System,
+    };
+    *state = State::Failed(status, text::for_this_program(&error.to_string()));
+    status
 }

@@ -3,7 +3,7 @@
 use crate::action::red_outcome;
 use crate::event::red_event;
 use core::sync::atomic::{AtomicU64, Ordering};
-use red_core::{Event, Instant, Outcome};
+use red_core::{Event, Instant, JobId, Outcome, ReleaseError};
 use red_record::class::Large;
 use red_rt::timeline::Host;
 use red_sync::Mailbox;
@@ -71,11 +71,15 @@ fn count(of: &AtomicU64) {
 pub(crate) struct Teller(pub(crate) Arc<Notes>);
 
 impl Host<Large> for Teller {
-    fn released(&mut self, _task: usize, _release: Instant, taken: bool) {
-        count(&self.0.released);
-        if !taken {
-            count(&self.0.shed);
-            count(&self.0.missed);
+    fn released(&mut self, _task: usize, _release: Instant, taken: Result<JobId, ReleaseError>) {
+        match taken {
+            Ok(_) => count(&self.0.released),
+            Err(ReleaseError::Full) => {
+                count(&self.0.released);
+                count(&self.0.shed);
+                count(&self.0.missed);
+            }
+            Err(_) => {}
         }
     }
 

@@ -1,7 +1,8 @@
 #![allow(unsafe_code, reason = "names of C")]
 //! A runtime is opened, closed, and asked where it is.
 
-use super::engine::{Engine, State, engine};
+use super::called::engine;
+use super::engine::{Engine, State};
 use super::report::red_report;
 use super::values::{red_mode, red_runtime, red_runtime_config, red_runtime_state};
 use crate::boundary::{Out, OutGrowing, Room, take, take_growing};
@@ -19,7 +20,7 @@ pub(super) fn on(
     runtime: *const red_runtime,
     call: impl FnOnce(&Engine) -> Result<red_status, red_status>,
 ) -> red_status {
-    guarded(|| call(engine(take(runtime)?.bits)?))
+    guarded(|| call(&*engine(take(runtime)?.bits)?))
 }
 
 fn guarded(call: impl FnOnce() -> Result<red_status, red_status>) -> red_status {
@@ -64,10 +65,12 @@ pub extern "C" fn red_runtime_open(
     })
 }
 
-/// Stops a runtime, waits for its end, and frees it. No other call on it may go on or follow.
+/// Stops a runtime, waits for its end and for other calls on it that go on, and frees it. Calls that come later, by copies of
+/// the handle, are RED_STATUS_CLOSED. A body that hung, as red_report counts them, may still run afterwards, and has to find
+/// what it uses.
 ///
-/// Threads: one. Real time: no. Time: until the bodies that run have returned, as long as the watchdog gives them. Errors:
-/// RED_STATUS_CLOSED; RED_STATUS_BUSY: from a body; RED_STATUS_FORKED.
+/// Threads: any but a body's, at once: of several, one closes it. Real time: no. Time: until the bodies that run have returned,
+/// as long as the watchdog gives them. Errors: RED_STATUS_CLOSED; RED_STATUS_BUSY: from a body; RED_STATUS_FORKED.
 #[unsafe(no_mangle)]
 pub extern "C" fn red_runtime_close(runtime: *mut red_runtime) -> red_status {
     guarded(|| {
@@ -93,7 +96,7 @@ pub extern "C" fn red_runtime_state_of(runtime: *const red_runtime, state: *mut 
 fn state_of(state: &State) -> red_runtime_state {
     match state {
         State::SetUp(_) => red_runtime_state::SetUp,
-        State::Running(_) => red_runtime_state::Running,
+        State::Running => red_runtime_state::Running,
         State::Ended(_) => red_runtime_state::Ended,
         State::Failed(..) => red_runtime_state::Failed,
     }

@@ -13,8 +13,9 @@ use core::time::Duration;
 use red_core::TaskId;
 use red_rt::control::Refused;
 
-/// Starts the lanes. In real time memory is locked and each lane pinned; if a right is missing nothing runs, and
-/// red_runtime_message says which and how to get it. No signal handler is installed.
+/// Starts the lanes. In real time each lane is pinned, and as long as one is running all memory of the process is locked,
+/// what comes later too, and the C library's allocator gives back none; if a right is missing nothing runs, nothing is
+/// changed, and red_runtime_message says which and how to get it. No signal handler is installed.
 ///
 /// Threads: any but a body's. Real time: no. Time: until all lanes are ready. Errors: RED_STATUS_NOT_PERMITTED,
 /// RED_STATUS_CPUS, RED_STATUS_SYSTEM: after these the runtime can only be closed, and calls that set it up
@@ -63,7 +64,8 @@ pub extern "C" fn red_runtime_stop(runtime: *const red_runtime) -> red_status {
 /// Waits until the runtime has ended, at most `timeout_ns`; RED_NONE_64: as long as it takes.
 ///
 /// Threads: any but a body's, at once. Real time: no. Time: the timeout. Errors: RED_STATUS_TIMEOUT: it goes on;
-/// RED_STATUS_IDLE: not started; RED_STATUS_BUSY: from a body; RED_STATUS_FORKED.
+/// RED_STATUS_IDLE: not started; RED_STATUS_BUSY: from a body; RED_STATUS_FORKED; RED_STATUS_SYSTEM: a lane did not come up,
+/// red_runtime_message says why.
 #[unsafe(no_mangle)]
 pub extern "C" fn red_runtime_wait(runtime: *const red_runtime, timeout_ns: u64) -> red_status {
     on(runtime, |engine| {

@@ -8,7 +8,6 @@ use crate::boundary::{Array, Out};
 use crate::config;
 use crate::status::{flat, red_status, status};
 use core::ffi::c_char;
-use core::sync::atomic::Ordering;
 use red_core::{Duration, TaskId};
 use red_record::class::Large;
 use red_record::{Header, Writer};
@@ -35,7 +34,6 @@ pub extern "C" fn red_runtime_add_pool(
         let lanes = u8::try_from(lanes).map_err(|_| red_status::PoolsFull)?;
         engine.set_up(|set_up| {
             let added = set_up.call(|calls| calls.add_pool(lanes, config::bytes(memory_bytes)));
-            set_up.more_pools += u32::from(added.is_ok());
             Ok(status(added, |id| out.put(id.index() as u32)))
         })
     })
@@ -56,10 +54,7 @@ pub extern "C" fn red_runtime_add_sensor(
         let out = Out::of(sensor)?;
         engine.set_up(|set_up| {
             let added = set_up.call(|calls| calls.add_sensor(Duration::from_nanos(period_ns)));
-            Ok(status(added, |id| {
-                engine.sensors.fetch_max(id.index() + 1, Ordering::Relaxed);
-                out.put(id.index() as u32);
-            }))
+            Ok(status(added, |id| out.put(id.index() as u32)))
         })
     })
 }

@@ -2,19 +2,16 @@
 //! Tasks of a runtime: admitted, edited, removed, before the start and while lanes run.
 
 use super::bodies::Bodies;
-use super::engine::Engine;
 use super::open::on;
 use super::values::{red_callback, red_runtime};
 use crate::boundary::{Array, Memory, Out, OutGrowing, take, take_growing};
 use crate::dag::open_dag;
 use crate::graph::MOST_NODES;
 use crate::handles;
-use crate::machine::has_unknown_sensor;
 use crate::proof::red_certificate;
 use crate::status::red_status;
 use crate::values::{red_dag, red_timing};
 use core::ffi::c_void;
-use core::sync::atomic::Ordering;
 use red_core::{Certificate, Dag, Instant, NodeId, TaskId, Timing};
 use red_record::Recorder;
 use red_record::class::Large;
@@ -22,6 +19,8 @@ use red_record::class::Large;
 /// What C gives for a graph: a copy of it, and its bodies by node.
 struct Given {
     dag: Box<Dag<Large>>,
+    /// The runtime that an edit was begun on is this one.
+    may_change: Result<(), red_status>,
     callbacks: Vec<red_callback>,
 }
 
@@ -30,7 +29,7 @@ unsafe impl Send for Given {}
 
 impl Given {
     fn take(
-        engine: &Engine,
+        runtime: *const red_runtime,
         dag: *const red_dag,
         callbacks: *const red_callback,
         count: usize,
@@ -38,20 +37,21 @@ impl Given {
         let callbacks: Vec<red_callback> = Array::of(callbacks, count, MOST_NODES)?.iter().collect();
         let graph = handles::graph(take(dag)?.bits)?.look()?;
         let dag = graph.any().downcast_ref::<Dag<Large>>().ok_or(red_status::OtherClass)?;
-        if has_unknown_sensor(dag, engine.sensors.load(Ordering::Relaxed)) {
-            return Err(red_status::UnknownSensor);
-        }
         for (i, callback) in callbacks.iter().enumerate() {
             let is_there = u8::try_from(callback.node).is_ok_and(|node| dag.contains(NodeId::new(node)));
             let is_twice = callbacks.iter().take(i).any(|before| before.node == callback.node);
             if !is_there || is_twice {
                 return Err(red_status::UnknownNode);
             }
+            if callback.reserved != 0 {
+                return Err(red_status::UnknownField);
+            }
             if callback.body.is_none() {
                 return Err(red_status::NoBody);
             }
         }
-        Ok(Self { dag: Box::new(*dag), callbacks })
+        let may_change = graph.may_change(take(runtime)?.bits);
+        Ok(Self { dag: Box::new(*dag), may_change, callbacks })
     }
 
     fn has(&self, node: NodeId) -> bool {
@@ -65,7 +65,7 @@ impl Given {
         bodies: &Bodies,
     ) -> Result<TaskId, red_status> {
         let task = scheduler.add_task(&self.dag, timing)?;
-        bodies.set(task, &self.callbacks);
+        bodies.set(task, scheduler.counters().units, &self.callbacks);
         Ok(task)
     }
 
@@ -76,6 +76,7 @@ impl Given {
         now: Instant,
         bodies: &Bodies,
     ) -> Result<Certificate, red_status> {
+        self.may_change?;
         let (task, _) = self.dag.origin();
         for node in self.dag.nodes() {
             let wrong = match (scheduler.task_node(task, node).is_some(), self.has(node)) {
@@ -86,7 +87,7 @@ impl Given {
             return Err(self.left_behind(scheduler).unwrap_or(wrong));
         }
         let proof = scheduler.commit(&self.dag, now)?;
-        bodies.set(task, &self.callbacks);
+        bodies.set(task, scheduler.counters().units, &self.callbacks);
         Ok(proof)
     }
 
@@ -118,7 +119,7 @@ pub extern "C" fn red_runtime_add_task(
     on(runtime, |engine| {
         let out = Out::of(task)?;
         let timing = take_growing(timing)?.read()?;
-        let given = Given::take(engine, dag, callbacks, callback_count)?;
+        let given = Given::take(runtime, dag, callbacks, callback_count)?;
         if given.dag.nodes().any(|node| !given.has(node)) {
             return Err(red_status::NoBody);
         }
@@ -181,13 +182,14 @@ pub extern "C" fn red_runtime_edit(
         let place = Memory::of(memory, bytes).room_for()?;
         let task = TaskId::from_bits(task);
         let edit = engine.look(move |scheduler| scheduler.edit(task))?;
-        out.put(open_dag(&place, edit.ok_or(red_status::UnknownTask)?)?);
+        open_dag(&place, edit.ok_or(red_status::UnknownTask)?, take(runtime)?.bits, out)?;
         Ok(red_status::Ok)
     })
 }
 
 /// Applies an edit to the jobs that are released from now on; jobs in flight keep the graph of their release. `callbacks` has a
-/// body for each node that is new; others keep theirs.
+/// body for each node that is new; others keep theirs. An edit that was begun on another runtime is none of this one's:
+/// RED_STATUS_CONFLICT.
 ///
 /// Threads: any but a body's, at once, while nobody changes the graph. Real time: no. Time: until a lane has a turn. Errors:
 /// RED_STATUS_UNKNOWN_TASK, RED_STATUS_CONFLICT, RED_STATUS_DRAINING, RED_STATUS_EMPTY_GRAPH, RED_STATUS_UNKNOWN_POOL,
@@ -204,7 +206,7 @@ pub extern "C" fn red_runtime_commit(
 ) -> red_status {
     on(runtime, |engine| {
         let out = OutGrowing::of(certificate)?;
-        let given = Given::take(engine, dag, callbacks, callback_count)?;
+        let given = Given::take(runtime, dag, callbacks, callback_count)?;
         let bodies = engine.bodies.clone();
         let proof = engine.change(move |scheduler, now| given.commit(scheduler, now, &bodies))?;
         out.put(proof.into());

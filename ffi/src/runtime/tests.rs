@@ -2,7 +2,7 @@
 //! A runtime before it starts, and what its lanes use of it. The interpreter has no CPUs to run lanes on.
 
 use super::bodies::{Bodies, Calls};
-use super::engine::engine;
+use super::called::engine;
 use super::notes::{Notes, Teller};
 use super::text;
 use crate::tests::{Block, headed, ok};
@@ -10,7 +10,7 @@ use crate::*;
 use core::ffi::{c_char, c_int, c_void};
 use core::ptr;
 use core::sync::atomic::Ordering;
-use red_core::{Empty, Event, Outcome, TaskId};
+use red_core::{Empty, Event, Outcome, TaskId, UnitId};
 use red_rt::handler::{Failed, Handler, Work};
 use red_rt::timeline::Host;
 use std::sync::Arc;
@@ -85,6 +85,21 @@ fn a_runtime_is_set_up_and_closed() {
 }
 
 #[test]
+fn a_runtime_that_is_closed_is_there_for_calls_that_go_on() {
+    for _ in 0..if cfg!(miri) { 3 } else { 100 } {
+        let (mut mine, copy) = (open(), |runtime: &red_runtime| red_runtime { bits: runtime.bits });
+        let mut theirs = copy(&mine);
+        let calls = thread::spawn(move || {
+            let mut state = 7;
+            while red_runtime_state_of(&raw const theirs, &raw mut state) == red_status::Ok {}
+            red_runtime_close(&raw mut theirs)
+        });
+        ok(red_runtime_close(&raw mut mine));
+        assert_eq!(calls.join().expect("no panic"), red_status::Closed);
+    }
+}
+
+#[test]
 fn tasks_of_a_runtime_come_with_their_bodies() {
     let mut runtime = open();
     let at = &raw mut runtime;
@@ -124,13 +139,14 @@ fn tasks_of_a_runtime_come_with_their_bodies() {
 
 #[test]
 fn a_body_is_called_with_what_came_with_it_while_another_takes_its_place() {
-    let (bodies, task, work) = (Bodies::new(), TaskId::from_bits(0), Work::default());
+    let (bodies, task) = (Bodies::new(), TaskId::from_bits(0));
+    let work = Work { unit: UnitId::from_bits(1 << 16), ..Work::default() };
     let (mut one, mut two) = (1, 2);
     let both = Block::holding(&[callback(0, Some(first), &mut one), callback(0, Some(second), &mut two)]);
     let mut calls = Calls::new(bodies.clone());
     assert_eq!(calls.run(&work), Err(Failed), "there is none yet");
     thread::scope(|scope| {
-        let sets = scope.spawn(|| (0..ROUNDS).for_each(|i| bodies.set(task, &[both.get(i as usize % 2)])));
+        let sets = scope.spawn(|| (0..ROUNDS).for_each(|i| bodies.set(task, 0, &[both.get(i as usize % 2)])));
         calls.begin(7);
         while !sets.is_finished() {
             // It is called, or not where the other one comes between.

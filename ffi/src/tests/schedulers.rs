@@ -57,6 +57,25 @@ fn a_task_is_admitted_or_not() {
 }
 
 #[test]
+fn an_edit_is_of_the_scheduler_that_it_was_begun_on() {
+    let (mut one, mut other, mut graph) = (
+        Machine::new(config(red_preset::Redrt, 1)),
+        Machine::new(config(red_preset::Redrt, 1)),
+        Graph::new(),
+    );
+    graph.add(node(4));
+    let task = one.add(&graph, 50);
+    assert_eq!(other.add(&graph, 50), task, "tasks have the same names");
+    let edit = Graph::edit(&other, task);
+    assert_eq!(commit(&mut one, &edit, 1).0, red_status::Conflict);
+    ok(commit(&mut other, &edit, 1).0);
+    graph.close();
+    edit.close();
+    one.close();
+    other.close();
+}
+
+#[test]
 fn an_edit_is_committed_while_a_job_of_the_old_graph_runs() {
     let (mut machine, mut graph) = (Machine::new(config(red_preset::Redrt, 2)), Graph::new());
     graph.add(node(4));

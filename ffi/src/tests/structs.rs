@@ -32,6 +32,13 @@ fn add(graph: &mut Graph, node: *const red_node) -> red_status {
     status
 }
 
+/// Writes a word of what was given.
+fn written(block: &Block<u64>, word: usize, value: u64) {
+    assert!(word < block.bytes() / size_of::<u64>());
+    // SAFETY: it lies in the block, as just seen.
+    unsafe { block.pointer().wrapping_add(word).write(value) };
+}
+
 #[test]
 fn what_an_older_program_gives_is_read_up_to_its_size() {
     for (size, second, third) in
@@ -47,10 +54,11 @@ fn what_an_older_program_gives_is_read_up_to_its_size() {
 fn what_an_older_program_wants_is_written_up_to_its_size() {
     for size in [16, 20, 24, 32, 48] {
         let wanted = sized(&Grown { first: 9, second: 9, third: 9, ..GROWN }, size);
+        (4..size / 8).for_each(|i| written(&wanted, i, 9));
         OutGrowing::of(wanted.pointer().cast::<Grown>()).expect("a version").put(GROWN);
-        let read = take_growing::<Grown>(wanted.pointer().cast()).expect("its head stays");
-        assert_eq!((read.struct_size as usize, read.first), (size, 1));
-        assert_eq!(read.third, if size < 32 { 0 } else { 3 });
+        let words: Vec<u64> = (0..size / 8).map(|i| wanted.get(i)).collect();
+        assert_eq!(words[0] as u32 as usize, size, "its head stays");
+        assert_eq!(words[1..], [1, 2 << 32, 3, 0, 0][..size / 8 - 1]);
     }
 }
 
@@ -61,10 +69,10 @@ fn what_a_newer_program_gives_has_zeros_behind_what_is_known() {
         ok(add(&mut graph, sized(&node(7), NODE + more).pointer().cast()));
     }
     let unknown = sized(&node(7), NODE + 8);
-    // SAFETY: it is the last word of it.
-    unsafe { unknown.pointer().wrapping_add(NODE / 8).write(1 << 63) };
+    written(&unknown, NODE / 8, 1 << 63);
     assert_eq!(add(&mut graph, unknown.pointer().cast()), red_status::UnknownField);
     let told = sized(&red_node { bcet_ns: 7, ..node(7) }, NODE + 16);
+    [NODE / 8, NODE / 8 + 1].into_iter().for_each(|i| written(&told, i, u64::MAX));
     ok(red_dag_node(graph.at(), 0, told.pointer().cast()));
     let back: Vec<u64> = (1..NODE / 8 + 2).map(|i| told.get(i)).collect();
     assert_eq!((back[0], back[1]), (7, 0));

@@ -22,6 +22,11 @@ static void dags(const char *name, open_dag_fn open, size_t bytes) {
     CALL_BY(name, RED_STATUS_TOO_SHORT, open, large, 16, &dag);
     CALL_BY(name, RED_STATUS_MISALIGNED, open, large + 1, bytes, &dag);
     CALL_BY(name, RED_STATUS_NULL_POINTER, open, NULL, bytes, &dag);
+    /* The handle would be written over the graph. */
+    CALL_BY(name, RED_STATUS_OVERLAP, open, large, bytes, (red_dag *)(void *)large);
+    CALL_BY(name, RED_STATUS_OVERLAP, open, large, bytes, (red_dag *)(void *)(large + bytes - sizeof dag));
+    CALL_BY(name, RED_OK, open, large, bytes, (red_dag *)(void *)(large + bytes));
+    CALL(RED_OK, red_dag_close, (red_dag *)(void *)(large + bytes));
     CALL_BY(name, RED_OK, open, large, bytes, &dag);
     CALL_BY(name, RED_STATUS_OVERLAP, open, large, bytes, &other);
     CALL_BY(name, RED_STATUS_OVERLAP, open, large + RED_ALIGN, bytes, &other);
@@ -35,6 +40,7 @@ static void schedulers(const char *name, open_scheduler_fn open, size_t bytes) {
     CALL_BY(name, RED_STATUS_TOO_SHORT, open, large, 16, &config, &scheduler);
     CALL_BY(name, RED_STATUS_MISALIGNED, open, large + 1, bytes, &config, &scheduler);
     CALL_BY(name, RED_STATUS_NULL_POINTER, open, NULL, bytes, &config, &scheduler);
+    CALL_BY(name, RED_STATUS_OVERLAP, open, large, bytes, &config, (red_scheduler *)(void *)(large + 8));
     CALL_BY(name, RED_OK, open, large, bytes, &config, &scheduler);
     CALL_BY(name, RED_STATUS_OVERLAP, open, large, bytes, &config, &other);
     CALL(RED_OK, red_scheduler_close, &scheduler);

@@ -2,6 +2,7 @@
 #define _GNU_SOURCE
 #include "runtime.h"
 
+#include <dirent.h>
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>
@@ -94,6 +95,23 @@ static void what_comes_before(void) {
     CALL(RED_OK, red_runtime_close, &runtime);
 }
 
+/* A file that was not there before: its name is written over `name`. */
+static int new_file(char *name) {
+    const int file = mkstemp(name);
+    EXPECT(file >= 0);
+    return file;
+}
+
+/* How many this process has. */
+static int threads(void) {
+    DIR *all = opendir("/proc/self/task");
+    EXPECT(all != NULL);
+    int count = 0;
+    while (readdir(all) != NULL) count += 1;
+    closedir(all);
+    return count;
+}
+
 static void logs(void) {
     red_runtime runtime = open_runtime(1);
     static char endless[5000];
@@ -104,8 +122,7 @@ static void logs(void) {
     CALL(RED_STATUS_TEXT, red_runtime_record, &runtime, endless);
     CALL(RED_STATUS_LOG_FILE, red_runtime_record, &runtime, "/no such folder/red.redlog");
     char path[] = "red-test-XXXXXX";
-    const int file = mkstemp(path);
-    EXPECT(file >= 0);
+    const int file = new_file(path);
     CALL(RED_OK, red_runtime_record, &runtime, path);
     CALL(RED_STATUS_LOG_LATE, red_runtime_record, &runtime, path);
     const uint32_t task = add_task_of(&runtime, nothing, NULL);
@@ -134,8 +151,7 @@ static void own_logs(void) {
     CALL(RED_STATUS_TEXT, red_record_begin, &scheduler, "");
     CALL(RED_STATUS_LOG_FILE, red_record_begin, &scheduler, "/no such folder/red.redlog");
     char path[] = "red-test-XXXXXX";
-    const int file = mkstemp(path);
-    EXPECT(file >= 0);
+    const int file = new_file(path);
     CALL(RED_OK, red_record_begin, &scheduler, path);
     CALL(RED_STATUS_LOG_LATE, red_record_begin, &scheduler, path);
     CALL(RED_OK, red_scheduler_add_pool, &scheduler, 1, RED_NONE_64, &number);
@@ -144,6 +160,24 @@ static void own_logs(void) {
     EXPECT(dropped == 0 && lseek(file, 0, SEEK_END) > 100);
     CALL(RED_STATUS_LOG_LATE, red_record_begin, &scheduler, path);
     CALL(RED_OK, red_scheduler_close, &scheduler);
+
+    /* What a log would not have. */
+    scheduler = open_small(&memory, 1);
+    CALL(RED_OK, red_scheduler_poll, &scheduler, 1, &action);
+    CALL(RED_STATUS_LOG_LATE, red_record_begin, &scheduler, path);
+    CALL(RED_OK, red_scheduler_close, &scheduler);
+    scheduler = open_small(&memory, 1);
+    CALL(RED_OK, red_scheduler_retire_lane, &scheduler, 0);
+    CALL(RED_STATUS_LOG_LATE, red_record_begin, &scheduler, path);
+    CALL(RED_OK, red_scheduler_close, &scheduler);
+
+    /* Who writes a log that nobody ends goes with its scheduler. */
+    const int alone = threads();
+    scheduler = open_small(&memory, 1);
+    CALL(RED_OK, red_record_begin, &scheduler, path);
+    EXPECT(threads() > alone);
+    CALL(RED_OK, red_scheduler_close, &scheduler);
+    while (threads() > alone) usleep(1000);
 
     /* No room on the disk: of this process, a limit. */
     scheduler = open_small(&memory, 1);

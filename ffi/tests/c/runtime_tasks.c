@@ -32,6 +32,9 @@ static void admission(void) {
     floor.floor_keep = 2;
     floor.floor_of = 1;
     admit(RED_STATUS_OUT_OF_RANGE, &runtime, node, floor);
+    red_timing newer = timing;
+    newer.reserved = 1;
+    admit(RED_STATUS_UNKNOWN_FIELD, &runtime, node, newer);
     red_node other = node;
     other.pool = 1;
     admit(RED_STATUS_UNKNOWN_POOL, &runtime, other, timing);
@@ -52,6 +55,9 @@ static void admission(void) {
     CALL(RED_STATUS_UNKNOWN_NODE, red_runtime_add_task, &runtime, &dag, bodies, 2, &timing, &task);
     bodies[0].node = 256;
     CALL(RED_STATUS_UNKNOWN_NODE, red_runtime_add_task, &runtime, &dag, bodies, 2, &timing, &task);
+    bodies[0].node = 0;
+    bodies[0].reserved = 1;
+    CALL(RED_STATUS_UNKNOWN_FIELD, red_runtime_add_task, &runtime, &dag, bodies, 1, &timing, &task);
     bodies[0] = callback_of(0, NULL, NULL);
     CALL(RED_STATUS_NO_BODY, red_runtime_add_task, &runtime, &dag, bodies + 1, 0, &timing, &task);
     CALL(RED_STATUS_NO_BODY, red_runtime_add_task, &runtime, &dag, bodies, 1, &timing, &task);
@@ -156,6 +162,25 @@ static void edits(bool running) {
     CALL(RED_OK, red_runtime_close, &runtime);
 }
 
+/* What is released of a task that is gone is no job. */
+static void gone(void) {
+    red_runtime runtime = open_runtime(1);
+    const uint32_t task = add_task_of(&runtime, nothing, NULL);
+    CALL(RED_OK, red_runtime_start, &runtime);
+    CALL(RED_OK, red_runtime_release, &runtime, task, RED_NONE_64);
+    red_report report = RED_REPORT_INIT;
+    while (report.on_time == 0) CALL(RED_OK, red_runtime_report, &runtime, &report);
+    CALL(RED_OK, red_runtime_remove_task, &runtime, task);
+    CALL(RED_OK, red_runtime_release, &runtime, task, RED_NONE_64);
+    red_figures figures = RED_FIGURES_INIT;
+    CALL(RED_OK, red_runtime_figures, &runtime, &figures);
+    CALL(RED_OK, red_runtime_stop, &runtime);
+    CALL(RED_OK, red_runtime_wait, &runtime, RED_NONE_64);
+    CALL(RED_OK, red_runtime_report, &runtime, &report);
+    EXPECT(report.released == 1 && report.on_time == 1 && report.shed == 0);
+    CALL(RED_OK, red_runtime_close, &runtime);
+}
+
 /* A third graph waits until no job has the first. */
 static void draining(void) {
     red_runtime runtime = open_runtime(2);
@@ -196,5 +221,6 @@ void test_runtime_tasks(void) {
     admission();
     edits(false);
     edits(true);
+    gone();
     draining();
 }

@@ -52,6 +52,12 @@ static void graph(const struct class *class, red_dag *dag) {
     OK(red_dag_summarize, dag, &summary);
     OK(red_dag_prove, dag, 50 * MS, NULL, NULL, 0, &certificate);
     OK(red_dag_node, dag, stage, &(red_node)RED_NODE_INIT);
+    uint32_t after[256];
+    OK(red_dag_successors, dag, stage, after, 256, &count);
+    OK(red_dag_add_node, dag, &camera, &number);
+    OK(red_dag_add_edge, dag, stage, number);
+    OK(red_dag_remove_edge, dag, stage, number);
+    OK(red_dag_remove_node, dag, number);
 }
 
 /* Until there is nothing to do; what ran last. */
@@ -74,6 +80,37 @@ static uint64_t drive(red_scheduler *scheduler, uint64_t now_ns) {
         }
     }
     return last;
+}
+
+static void look(const red_scheduler *scheduler, uint32_t task, uint64_t index) {
+    red_config config = RED_CONFIG_INIT;
+    red_figures figures = RED_FIGURES_INIT;
+    red_certificate certificate = RED_CERTIFICATE_INIT;
+    red_executions executions = RED_EXECUTIONS_INIT;
+    uint64_t at_ns = 0, used_bytes = 0;
+    uint32_t job = 0;
+    OK(red_scheduler_config, scheduler, &config);
+    OK(red_scheduler_figures, scheduler, &figures);
+    OK(red_scheduler_certificate, scheduler, task, &certificate);
+    OK(red_scheduler_executions, scheduler, task, 0, &executions);
+    OK(red_scheduler_poll_at, scheduler, &at_ns);
+    OK(red_scheduler_memory_used, scheduler, 0, &used_bytes);
+    OK(red_scheduler_job, scheduler, task, index, &job);
+}
+
+/* A job whose first unit completes and whose second one fails. It is the `index`-th of its task. */
+static void fail(red_scheduler *scheduler, uint32_t task, uint64_t index, uint64_t now_ns) {
+    red_action action = {0};
+    red_outcome outcome;
+    uint32_t job = 0, taken = 0;
+    OK(red_scheduler_release, scheduler, task, now_ns, &job);
+    look(scheduler, task, index);
+    OK(red_scheduler_poll_on, scheduler, 0, now_ns, &action);
+    OK(red_scheduler_complete, scheduler, action.unit, now_ns);
+    OK(red_scheduler_poll, scheduler, now_ns, &action);
+    OK(red_scheduler_fail, scheduler, action.unit, now_ns);
+    OK(red_scheduler_take_outcome, scheduler, &outcome, &taken);
+    CHECK(taken == 1);
 }
 
 static void run(const struct class *class) {
@@ -100,12 +137,10 @@ static void run(const struct class *class) {
         red_certificate certificate = RED_CERTIFICATE_INIT;
         OK(red_scheduler_commit, &scheduler, &edit, now_ns + 50 * MS, &certificate);
         OK(red_dag_close, &edit);
-        OK(red_scheduler_certificate, &scheduler, task, &certificate);
     }
-    red_figures figures = RED_FIGURES_INIT;
+    fail(&scheduler, task, 8, 400 * MS);
     red_event events[16];
     size_t count = 0;
-    OK(red_scheduler_figures, &scheduler, &figures);
     OK(red_scheduler_take_events, &scheduler, events, 16, &count);
     OK(red_scheduler_retire_lane, &scheduler, 0);
     OK(red_scheduler_restore_lane, &scheduler, 0);

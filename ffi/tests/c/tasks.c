@@ -58,6 +58,9 @@ static void admission(void) {
     floor.floor_keep = 2;
     floor.floor_of = 1;
     admit(RED_STATUS_OUT_OF_RANGE, &scheduler, node, floor);
+    red_timing newer = timing;
+    newer.reserved = 1;
+    admit(RED_STATUS_UNKNOWN_FIELD, &scheduler, node, newer);
     red_node elsewhere = node;
     elsewhere.pool = 1;
     admit(RED_STATUS_UNKNOWN_POOL, &scheduler, elsewhere, timing);
@@ -103,6 +106,7 @@ static void edits(void) {
     CALL(RED_STATUS_UNKNOWN_TASK, red_scheduler_edit, &scheduler, unknown, &edit_memory, sizeof edit_memory, &edit);
     CALL(RED_STATUS_TOO_SHORT, red_scheduler_edit, &scheduler, task, &edit_memory, 16, &edit);
     CALL(RED_STATUS_MISALIGNED, red_scheduler_edit, &scheduler, task, edit_memory.bytes + 1, sizeof edit_memory, &edit);
+    CALL(RED_STATUS_OVERLAP, red_scheduler_edit, &scheduler, task, &edit_memory, sizeof edit_memory, (red_dag *)(void *)&edit_memory);
     begin(&scheduler, task, &edit_memory, &edit);
     CALL(RED_STATUS_OVERLAP, red_scheduler_edit, &scheduler, task, &edit_memory, sizeof edit_memory, &other);
 

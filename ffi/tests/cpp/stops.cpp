@@ -70,6 +70,68 @@ void by_the_destructor() {
     CHECK(done == 1);
 }
 
+/// Calls by copies of the handle end, and are told; none of them finds what is freed.
+void while_others_call() {
+    for (int i = 0; i < 20; i++) {
+        const auto nothing = [] {};
+        auto runtime = opened(1);
+        const std::uint32_t task = task_of(runtime, nothing)->value();
+        CHECK(ended(runtime.start(), RED_OK));
+        std::atomic<int> calling = 0;
+        const auto until_closed = [&calling, c = runtime.c()](auto call) {
+            red_runtime copy = c;
+            red_status said = call(copy);
+            for (calling++; said != RED_STATUS_CLOSED; said = call(copy)) {
+                CHECK(said == RED_OK || said == RED_STATUS_OVER || said == RED_STATUS_BUSY || said == RED_STATUS_MAILBOX_FULL);
+            }
+        };
+        const auto release = [&](red_runtime &copy) { return red_runtime_release(&copy, task, RED_NONE_64); };
+        const auto report = [](red_runtime &copy) {
+            red_report told = RED_REPORT_INIT;
+            return red_runtime_report(&copy, &told);
+        };
+        const auto wait = [](red_runtime &copy) { return red_runtime_wait(&copy, RED_NONE_64); };
+        const auto figures = [](red_runtime &copy) {
+            red_figures told = RED_FIGURES_INIT;
+            return red_runtime_figures(&copy, &told);
+        };
+        std::thread others[] = {std::thread([&] { until_closed(release); }), std::thread([&] { until_closed(report); }),
+            std::thread([&] { until_closed(figures); }), std::thread([&] { until_closed(wait); })};
+        until([&] { return calling >= 3; });
+        CHECK(ended(runtime.close(), RED_OK));
+        for (std::thread &other : others) {
+            other.join();
+        }
+    }
+}
+
+/// A start that is under way meanwhile is stopped, too; of two that close it, one does.
+void while_others_start_and_close() {
+    int started = 0;
+    for (int i = 0; i < 20; i++) {
+        auto runtime = opened(1);
+        red_runtime first = runtime.c(), second = runtime.c();
+        std::thread starts([&] { started += red_runtime_start(&first) == RED_OK ? 1 : 0; });
+        red_status said = RED_OK;
+        std::thread closes([&] { said = red_runtime_close(&second); });
+        const auto mine = runtime.close();
+        starts.join();
+        closes.join();
+        CHECK(mine.ok() != (said == RED_OK) && (mine.ok() || ended(mine, RED_STATUS_CLOSED)));
+    }
+    CHECK(started <= 20);
+}
+
+/// Whatever the period is, as one that was meant in seconds.
+void with_more_releases_than_any_lane_can_make() {
+    std::atomic<int> ran = 0;
+    const auto count = [&] { ran++; };
+    auto runtime = opened(1);
+    CHECK(runtime.every(task_of(runtime, count), 0ns, 1ns).ok() && ended(runtime.start(), RED_OK));
+    until([&] { return ran > 2; });
+    CHECK(runtime.figures().status().ok() && runtime.stop().ok() && ended(runtime.wait(), RED_OK));
+}
+
 } // namespace
 
 int main() {
@@ -77,5 +139,8 @@ int main() {
     from_a_handler();
     by_the_clock();
     by_the_destructor();
+    while_others_call();
+    while_others_start_and_close();
+    with_more_releases_than_any_lane_can_make();
     return check_end("stops");
 }

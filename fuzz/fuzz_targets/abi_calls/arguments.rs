@@ -1,6 +1,8 @@
 //! Arguments, right and wrong. What is wrong for sure is noted; then the call has to answer one of that.
 
+use std::ffi::c_char;
 use std::ops::Range;
+use std::path::Path;
 
 use red_core::Empty;
 use red_ffi::{RED_ABI_VERSION, red_status};
@@ -212,8 +214,11 @@ impl World<'_> {
             self.pointer(to, kind < 2)
         };
         if spoils && kind == 2 {
-            room =
-                self.choices.one_of(&[usize::MAX, usize::MAX / 2, isize::MAX as usize / size_of::<T>() + 1]);
+            room = self.choices.one_of(&[
+                usize::MAX,
+                usize::MAX / 2 + 1,
+                isize::MAX as usize / size_of::<T>() + 1,
+            ]);
             self.is_wrong(red_status::TooLong);
         }
         let count = self.desk.place(8);
@@ -237,6 +242,26 @@ impl World<'_> {
         self.desk.expect(room.count.at, &values.len().to_ne_bytes());
         let bytes: Vec<u8> = values.iter().flat_map(bytes_of).copied().collect();
         self.desk.expect(room.to, &bytes);
+    }
+
+    /// A text that names a file, or that is none.
+    pub(crate) fn path(&mut self, right: &Path) -> *const c_char {
+        let mut text = right.as_os_str().as_encoded_bytes().to_vec();
+        if self.spoils() {
+            match self.choices.byte() % 4 {
+                0 => {
+                    self.is_wrong(red_status::NullPointer);
+                    return std::ptr::null();
+                }
+                1 => text.clear(),
+                2 => text[0] = 0xff,
+                _ => text.resize(4_096 + self.choices.below(8), b'x'),
+            }
+            self.is_wrong(red_status::Text);
+        }
+        text.push(0);
+        let at = self.desk.input(&text);
+        self.desk.pointer(at)
     }
 
     /// Memory of the arena from `at` on, `bytes` of it, or wrong.

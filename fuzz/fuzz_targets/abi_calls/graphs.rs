@@ -2,10 +2,11 @@
 
 use std::ops::Range;
 
-use red_core::{Bytes, Duration, Empty, Node, NodeId};
+use red_core::{Bytes, DeadlineRule, Duration, Empty, Node, NodeId};
 use red_ffi::*;
 
 use crate::arguments::Lent;
+use crate::sizes::{More, Sizes};
 use crate::twin::{self, AnyDag, Large, Medium, Small};
 use crate::values;
 use crate::world::{Kind, Open, Thing, World};
@@ -17,35 +18,40 @@ const POOLS: usize = 32;
 /// Where memory for a kind of thing of a class lies in the arena: from where, how large, how many.
 pub(crate) const fn sites(kind: Kind, class: usize, crowd: bool) -> (usize, usize, usize) {
     const SMALL: usize = 3 * RED_SCHEDULER_4X16X16_BYTES;
-    const MEDIUM: usize = arena(0, false);
-    const LARGE: usize = arena(1, false);
     match (kind, class) {
+        (Kind::Runtime, _) => (0, 0, 0),
         (Kind::Scheduler, 0) => (0, RED_SCHEDULER_4X16X16_BYTES, 3),
         (Kind::Scheduler, 1) => (MEDIUM, RED_SCHEDULER_8X64X32_BYTES, 2),
-        (Kind::Scheduler, _) => (LARGE, RED_SCHEDULER_16X256X64_BYTES, 1),
+        (Kind::Scheduler, _) => (LARGE + 2 * RED_DAG_16X256X64_BYTES, RED_SCHEDULER_16X256X64_BYTES, 1),
         (Kind::Dag, 0) => (SMALL, RED_DAG_4X16X16_BYTES, if crowd { 265 } else { 5 }),
         (Kind::Dag, 1) => (MEDIUM + 2 * RED_SCHEDULER_8X64X32_BYTES, RED_DAG_8X64X32_BYTES, 3),
-        (Kind::Dag, _) => (LARGE + RED_SCHEDULER_16X256X64_BYTES, RED_DAG_16X256X64_BYTES, 2),
+        (Kind::Dag, _) => (LARGE, RED_DAG_16X256X64_BYTES, 2),
     }
 }
 
-/// How much of the arena the classes up to this one need.
-pub(crate) const fn arena(class: usize, crowd: bool) -> usize {
-    let small = 3 * RED_SCHEDULER_4X16X16_BYTES + 5 * RED_DAG_4X16X16_BYTES;
-    let medium = small + 2 * RED_SCHEDULER_8X64X32_BYTES + 3 * RED_DAG_8X64X32_BYTES;
-    let large = medium + RED_SCHEDULER_16X256X64_BYTES + 2 * RED_DAG_16X256X64_BYTES;
-    match class {
-        _ if crowd => small + 260 * RED_DAG_4X16X16_BYTES,
-        0 => small,
-        1 => medium,
-        _ => large,
+/// Where memory for the second class begins, and for the third: behind that of those before.
+const MEDIUM: usize = 3 * RED_SCHEDULER_4X16X16_BYTES + 5 * RED_DAG_4X16X16_BYTES;
+const LARGE: usize = MEDIUM + 2 * RED_SCHEDULER_8X64X32_BYTES + 3 * RED_DAG_8X64X32_BYTES;
+
+/// The most that an execution needs.
+pub(crate) const MOST: usize = LARGE + 2 * RED_DAG_16X256X64_BYTES + RED_SCHEDULER_16X256X64_BYTES;
+const _: () = assert!(arena(Sizes { classes: 1, more: More::Crowd }) <= MOST, "room for a crowd");
+
+/// How much of the arena an execution needs.
+pub(crate) const fn arena(sizes: Sizes) -> usize {
+    match (sizes.more, sizes.classes) {
+        (More::Crowd, _) => MEDIUM + 260 * RED_DAG_4X16X16_BYTES,
+        (More::Runtimes, _) => LARGE + 2 * RED_DAG_16X256X64_BYTES,
+        (_, 1) => MEDIUM,
+        (_, 2) => LARGE,
+        _ => MOST,
     }
 }
 
 impl World<'_> {
     /// Memory for something: free, or in that of something open.
     pub(crate) fn memory(&mut self, kind: Kind, class: usize, least: usize) -> Lent {
-        let (start, size, count) = sites(kind, class, self.is_crowded());
+        let (start, size, count) = sites(kind, class, self.has(More::Crowd));
         let overlaps = |at: usize, open: &Open| open.lent.start < at + size && at < open.lent.end;
         let site = |i: usize| start + i * size;
         // Where many are open, the first ones are.
@@ -72,8 +78,8 @@ impl World<'_> {
 
     pub(crate) fn dag(&mut self, at: usize) -> &mut dyn AnyDag {
         match &mut self.open[at].thing {
-            Thing::Dag(dag) => &mut **dag,
-            Thing::Scheduler(..) => panic!("place {at} is a scheduler's"),
+            Thing::Dag(dag, _) => &mut **dag,
+            Thing::Scheduler(..) | Thing::Runtime(..) => panic!("place {at} is no graph's"),
         }
     }
 
@@ -179,16 +185,22 @@ fn open(w: &mut World<'_>, class: usize) {
     let expected = w.expected(|w| w.may_open(&lent.range));
     if expected.is_ok() && status == red_status::Ok {
         let bits = w.handle_in(out);
-        w.opened_dag(bits, class, lent.range, twin());
+        w.opened_dag(bits, class, lent.range, (twin(), 0));
     }
     w.judge(status, expected, None);
 }
 
 impl World<'_> {
-    pub(crate) fn opened_dag(&mut self, bits: u64, class: usize, lent: Range<usize>, dag: Box<dyn AnyDag>) {
+    pub(crate) fn opened_dag(
+        &mut self,
+        bits: u64,
+        class: usize,
+        lent: Range<usize>,
+        (dag, begun_on): (Box<dyn AnyDag>, u64),
+    ) {
         let size = sites(Kind::Dag, class, false).1;
         let own = lent.start..lent.start + size.min(lent.len());
-        self.opened(Open { bits, class, lent, own, thing: Thing::Dag(dag), is_stale: false });
+        self.opened(Open { bits, class, lent, own, thing: Thing::Dag(dag, begun_on), is_stale: false });
     }
 }
 
@@ -197,13 +209,13 @@ pub(crate) fn open_small(w: &mut World<'_>) {
 }
 
 pub(crate) fn open_medium(w: &mut World<'_>) {
-    if w.classes() > 1 {
+    if w.has_graphs(1) {
         open(w, 1);
     }
 }
 
 pub(crate) fn open_large(w: &mut World<'_>) {
-    if w.classes() > 2 {
+    if w.has_graphs(2) {
         open(w, 2);
     }
 }
@@ -319,46 +331,46 @@ pub(crate) fn successors(w: &mut World<'_>) {
     w.judge(status, said, None);
 }
 
-pub(crate) fn place(w: &mut World<'_>) {
-    w.begin("red_dag_place");
+/// A call that writes what a deadline rule gives into rows of the caller's.
+type ByRule<T> =
+    extern "C" fn(*const red_dag, u32, u64, *const u32, usize, *mut T, usize, *mut usize) -> red_status;
+
+/// Calls it with the rule of this number, if there is one; `twin` says what the rows have to be.
+fn by_rule<T: Empty + Copy>(
+    w: &mut World<'_>,
+    (number, rule): (u32, Option<DeadlineRule>),
+    call: ByRule<T>,
+    twin: fn(&dyn AnyDag, DeadlineRule, Duration, &[u8]) -> Vec<T>,
+) {
     let (handle, at) = w.handle(Kind::Dag);
-    let number = if w.choices.chance(16) { w.choices.number() as u32 } else { w.choices.below(6) as u32 };
-    let rule = values::rule(number);
     if rule.is_none() {
         w.is_wrong(red_status::OutOfRange);
     }
     let deadline = w.deadline();
     let (lanes, pools, by_pool) = w.lanes();
     let room = w.room(20);
-    let status =
-        red_dag_place(handle, number, deadline, lanes, pools, room.pointer, room.room, room.count.pointer);
+    let status = call(handle, number, deadline, lanes, pools, room.pointer, room.room, room.count.pointer);
     let said = w.expected(|w| {
         let rule = rule.ok_or(red_status::OutOfRange)?;
-        Ok(w.dag(at).place(rule, Duration::from_nanos(deadline), &by_pool))
+        Ok(twin(w.dag(at), rule, Duration::from_nanos(deadline), &by_pool))
     });
-    let said = said.and_then(|nodes| w.fill(room, &nodes));
+    let said = said.and_then(|rows| w.fill(room, &rows));
     w.judge(status, said, None);
+}
+
+pub(crate) fn place(w: &mut World<'_>) {
+    w.begin("red_dag_place");
+    let number = if w.choices.chance(16) { w.choices.number() as u32 } else { w.choices.below(6) as u32 };
+    by_rule(w, (number, values::rule(number)), red_dag_place, |dag, rule, due, lanes| {
+        dag.place(rule, due, lanes)
+    });
 }
 
 pub(crate) fn share(w: &mut World<'_>) {
     w.begin("red_dag_share");
-    let (handle, at) = w.handle(Kind::Dag);
     let number = if w.choices.chance(24) { w.choices.byte().into() } else { 1 + w.choices.below(2) as u32 };
     let rule = values::rule(number).filter(|rule| rule.is_level());
-    if rule.is_none() {
-        w.is_wrong(red_status::OutOfRange);
-    }
-    let deadline = w.deadline();
-    let (lanes, pools, by_pool) = w.lanes();
-    let room = w.room(20);
-    let status =
-        red_dag_share(handle, number, deadline, lanes, pools, room.pointer, room.room, room.count.pointer);
-    let said = w.expected(|w| {
-        let rule = rule.ok_or(red_status::OutOfRange)?;
-        Ok(w.dag(at).share(rule, Duration::from_nanos(deadline), &by_pool))
-    });
-    let said = said.and_then(|levels| w.fill(room, &levels));
-    w.judge(status, said, None);
+    by_rule(w, (number, rule), red_dag_share, |dag, rule, due, lanes| dag.share(rule, due, lanes));
 }
 
 pub(crate) fn prove(w: &mut World<'_>) {

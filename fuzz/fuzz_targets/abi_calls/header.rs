@@ -50,10 +50,9 @@ impl std::fmt::Debug for Statuses {
 /// Of every function that answers a status: which.
 static ALLOWED: LazyLock<BTreeMap<&str, Statuses>> = LazyLock::new(read);
 
-/// Names of all functions of the core that answer a status: those of schedulers and graphs.
+/// Names of all functions that answer a status.
 pub(crate) fn functions() -> impl Iterator<Item = &'static str> {
-    let above = ["red_runtime_", "red_record_"];
-    ALLOWED.keys().copied().filter(move |name| above.iter().all(|part| !name.starts_with(part)))
+    ALLOWED.keys().copied()
 }
 
 pub(crate) fn allows(function: &str, status: red_status) -> bool {
@@ -121,8 +120,11 @@ fn of_arguments(parameters: &str) -> Statuses {
         found = found.join(Statuses::of(&[NullPointer, Misaligned]));
         let of = parameter.split('*').next().unwrap_or("").trim();
         let kind = of.strip_prefix("const ").unwrap_or(of);
+        if matches!(kind, "red_scheduler" | "red_dag" | "red_runtime") {
+            found = found.join(Statuses::of(&[Closed, Foreign, OtherKind]));
+        }
         if matches!(kind, "red_scheduler" | "red_dag") {
-            found = found.join(Statuses::of(&[Closed, Foreign, OtherKind, Busy]));
+            found.add(Busy);
         }
         let body = TEXT
             .split_once(&format!("}} {kind};"))

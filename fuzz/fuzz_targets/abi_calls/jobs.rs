@@ -185,7 +185,14 @@ pub(crate) fn retire_lane(w: &mut World<'_>) {
     let (handle, at) = w.handle(Kind::Scheduler);
     let lane = w.lane();
     let status = red_scheduler_retire_lane(handle, lane);
-    let retired = w.expected(|w| if has(Bug::Lane) { Ok(()) } else { w.twin(at).0.retire(lane as u8) });
+    let retired = w.expected(|w| {
+        let twin = w.twin(at).0;
+        let said = twin.retire(lane as u8);
+        if has(Bug::Lane) && said.is_ok() {
+            let _stays = twin.restore(lane as u8);
+        }
+        said
+    });
     let retired = retired.map(|()| w.twin(at).1.retire(lane as u8));
     w.judge(status, retired, Some(at));
 }

@@ -10,10 +10,12 @@
 //!   the core itself answers, and so is every byte that comes out, with canaries around it;
 //! - what the call is not about has not changed, nor has anything where it was refused, nor memory that was given back
 //!   or never lent;
-//! - units are given out once, jobs end once, and what is counted is what happened.
+//! - units are given out once, jobs end once, and what is counted is what happened;
+//! - a log that was ended answers again as it did.
 //!
 //! *Limit.* No library can tell what an address leads to: never given are addresses where nothing is mapped, outputs in
-//! memory that is lent, and more room than there is. Calls come from one thread.
+//! memory that is lent, and more room than there is. Calls come from one thread. Runtimes are set up and closed, never
+//! started.
 #![no_main]
 
 mod arguments;
@@ -23,8 +25,11 @@ mod graphs;
 mod ground;
 mod header;
 mod jobs;
+mod logs;
 mod planted;
+mod runtimes;
 mod schedulers;
+mod sizes;
 mod stream;
 mod twin;
 mod values;
@@ -37,7 +42,8 @@ use bytes::Bytes;
 use desk::Desk;
 use ground::Ground;
 use libfuzzer_sys::fuzz_target;
-use world::{Kind, Sizes, Thing, World};
+use sizes::{More, Sizes};
+use world::{Kind, Thing, World};
 
 /// Calls of one input: more reach nothing new, and cost time.
 const CALLS: usize = 150;
@@ -93,10 +99,35 @@ const FUNCTIONS: &[Call] = &[
     ("red_scheduler_executions", 2, jobs::executions),
     ("red_scheduler_figures", 2, jobs::figures),
     ("red_scheduler_take_events", 5, jobs::take_events),
+    ("red_record_begin", 1, logs::begin),
+    ("red_record_end", 1, logs::end),
+    ("red_runtime_open", 2, runtimes::open),
+    ("red_runtime_close", 1, runtimes::close),
+    ("red_runtime_state_of", 1, runtimes::state_of),
+    ("red_runtime_message", 1, runtimes::message),
+    ("red_runtime_report", 1, runtimes::report),
+    ("red_runtime_start", 1, runtimes::start),
+    ("red_runtime_release", 1, runtimes::release),
+    ("red_runtime_stop", 1, runtimes::stop),
+    ("red_runtime_wait", 1, runtimes::wait),
+    ("red_runtime_figures", 2, runtimes::figures),
+    ("red_runtime_take_outcomes", 1, runtimes::take_outcomes),
+    ("red_runtime_take_events", 1, runtimes::take_events),
+    ("red_runtime_add_pool", 4, runtimes::add_pool),
+    ("red_runtime_add_sensor", 3, runtimes::add_sensor),
+    ("red_runtime_pin", 2, runtimes::pin),
+    ("red_runtime_every", 3, runtimes::every),
+    ("red_runtime_record", 3, runtimes::record),
+    ("red_runtime_now", 1, runtimes::now),
+    ("red_runtime_add_task", 12, runtimes::tasks::add_task),
+    ("red_runtime_remove_task", 2, runtimes::tasks::remove_task),
+    ("red_runtime_certificate", 2, runtimes::tasks::certificate),
+    ("red_runtime_edit", 8, runtimes::tasks::edit),
+    ("red_runtime_commit", 12, runtimes::tasks::commit),
 ];
 
-/// What a byte calls.
-static BY_BYTE: LazyLock<Vec<Call>> = LazyLock::new(|| {
+/// What a byte calls; and where there are runtimes.
+static BY_BYTE: LazyLock<[Vec<Call>; 2]> = LazyLock::new(|| {
     let mut called: Vec<&str> = FUNCTIONS.iter().map(|(name, ..)| *name).collect();
     called.sort_unstable();
     assert_eq!(
@@ -104,24 +135,33 @@ static BY_BYTE: LazyLock<Vec<Call>> = LazyLock::new(|| {
         header::functions().collect::<Vec<_>>(),
         "functions that the header has, and those called"
     );
-    FUNCTIONS.iter().flat_map(|call| std::iter::repeat_n(*call, call.1.into())).collect()
+    ["red_runtime_", "red_scheduler_"].map(|other| {
+        // Seldom, with handles of another kind.
+        let few = |call: &Call| if call.0.starts_with(other) { 1 } else { call.1 };
+        let calls: Vec<Call> =
+            FUNCTIONS.iter().flat_map(|call| std::iter::repeat_n(*call, few(call).into())).collect();
+        assert!(calls.len() <= 256, "a byte chooses among them");
+        calls
+    })
 });
 
 thread_local! {
-    static ARENA: RefCell<Ground> = RefCell::new(Ground::new(graphs::arena(2, false).max(graphs::arena(0, true))));
+    static ARENA: RefCell<Ground> = RefCell::new(Ground::new(graphs::MOST));
     static ARGUMENTS: RefCell<Ground> = RefCell::new(Ground::new(DESK));
 }
 
 fuzz_target!(|bytes: &[u8]| {
     let Some((first, rest)) = bytes.split_first() else { return };
-    let sizes = match first {
-        0..236 => Sizes { classes: 1, crowd: false },
-        236..250 => Sizes { classes: 2, crowd: false },
-        // To compare a scheduler of the largest class costs as much as fifty executions.
-        250..254 if rest.first().is_some_and(|byte| byte % 8 == 0) => Sizes { classes: 3, crowd: false },
-        250..254 => Sizes { classes: 2, crowd: false },
-        _ => Sizes { classes: 1, crowd: true },
+    let (classes, more) = match first {
+        // A log has memory of its own, and so has a runtime.
+        0..4 => (1, More::Log),
+        4..8 => (1, More::Runtimes),
+        8..236 => (1, More::Nothing),
+        236..250 => (2, More::Nothing),
+        250..254 => (3, More::Nothing),
+        _ => (1, More::Crowd),
     };
+    let sizes = Sizes { classes, more }.affordable();
     ARENA.with_borrow_mut(|arena| {
         ARGUMENTS
             .with_borrow_mut(|desk| run(World::new(Bytes::new(rest), arena, Desk::new(desk), sizes), *first));
@@ -129,18 +169,18 @@ fuzz_target!(|bytes: &[u8]| {
 });
 
 fn run(mut world: World<'_>, first: u8) {
-    world::constants();
     let w = &mut world;
     // Half of all begin with something that can be called.
     if first % 2 == 1 {
-        begin(w, if w.is_crowded() { 0 } else { w.classes() - 1 });
+        begin(w, w.classes() - 1);
     }
     for _ in 0..CALLS {
         if w.choices.is_empty() {
             break;
         }
-        let which = w.choices.below(BY_BYTE.len());
-        (BY_BYTE[which].2)(w);
+        let calls = &BY_BYTE[usize::from(w.has(More::Runtimes))];
+        let which = w.choices.below(calls.len());
+        (calls[which].2)(w);
     }
     end(w);
 }
@@ -149,12 +189,24 @@ fn run(mut world: World<'_>, first: u8) {
 fn begin(w: &mut World<'_>, class: usize) {
     w.careful = true;
     [schedulers::open_small, schedulers::open_medium, schedulers::open_large][class](w);
-    [graphs::open_small, graphs::open_medium, graphs::open_large][class](w);
+    if w.has(More::Log) {
+        logs::begin(w);
+    }
+    if w.has(More::Runtimes) {
+        runtimes::open(w);
+        graphs::open_large(w);
+    } else {
+        [graphs::open_small, graphs::open_medium, graphs::open_large][class](w);
+    }
     let nodes = if class == 2 { w.choices.below(254) } else { 1 + w.choices.below(6) };
     (0..nodes).for_each(|_| graphs::add_node(w));
     (0..4).for_each(|_| graphs::add_edge(w));
-    schedulers::add_task(w);
-    if w.is_crowded() {
+    if w.has(More::Runtimes) {
+        runtimes::tasks::add_task(w)
+    } else {
+        schedulers::add_task(w)
+    }
+    if w.has(More::Crowd) {
         (0..260).for_each(|_| graphs::open_small(w));
     }
     w.careful = false;
@@ -162,6 +214,7 @@ fn begin(w: &mut World<'_>, class: usize) {
 
 /// Everything ends and is closed: the library's table is the next execution's too.
 fn end(w: &mut World<'_>) {
+    w.nothing_else_was_written();
     w.careful = true;
     let is_scheduler = |w: &World<'_>, at: usize| matches!(w.open[at].thing, Thing::Scheduler(..));
     // The last scheduler is the one that careful calls are about.
@@ -170,10 +223,16 @@ fn end(w: &mut World<'_>) {
         if w.open[at].class == 0 || w.twin(at).0.figures().jobs_in_flight < 4 {
             jobs::let_end(w, at);
         }
+        if w.twin(at).1.log.is_some() {
+            logs::end(w);
+        }
         schedulers::close(w);
     }
     while w.open.iter().any(|open| open.thing.kind() == Kind::Dag) {
         graphs::close(w);
+    }
+    while w.open.iter().any(|open| open.thing.kind() == Kind::Runtime) {
+        runtimes::close(w);
     }
     w.nothing_else_was_written();
 }

@@ -19,9 +19,13 @@ pub(crate) enum Bug {
     Status,
     /// A unit is given out twice.
     Twice,
+    /// A call that is not in the log.
+    Log,
+    /// A body is given for no node of a runtime's graph, and taken.
+    Body,
 }
 
-const BUGS: [(Bug, &str); 7] = [
+const BUGS: [(Bug, &str); 9] = [
     (Bug::Generation, "generation"),
     (Bug::Output, "output"),
     (Bug::Refused, "refused"),
@@ -29,14 +33,16 @@ const BUGS: [(Bug, &str); 7] = [
     (Bug::Lane, "lane"),
     (Bug::Status, "status"),
     (Bug::Twice, "twice"),
+    (Bug::Log, "log"),
+    (Bug::Body, "body"),
 ];
 
-static PLANTED: LazyLock<Option<Bug>> = LazyLock::new(|| {
+static PLANTED: LazyLock<Bug> = LazyLock::new(|| {
     let name = std::env::var("RED_PLANTED").unwrap_or_else(|_| "generation".to_owned());
     let bug = BUGS.iter().find(|(_, word)| *word == name);
-    Some(bug.unwrap_or_else(|| panic!("no bug {name:?}")).0)
+    bug.unwrap_or_else(|| panic!("no bug {name:?}")).0
 });
 
 pub(crate) fn has(bug: Bug) -> bool {
-    cfg!(feature = "planted") && *PLANTED == Some(bug)
+    cfg!(feature = "planted") && *PLANTED == bug
 }

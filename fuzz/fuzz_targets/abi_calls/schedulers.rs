@@ -7,7 +7,7 @@ use red_ffi::*;
 
 use crate::header::Statuses;
 use crate::stream::Stream;
-use crate::twin::{self, AnyDag, Large, Medium, Small, Twin};
+use crate::twin::{self, Answer, AnyDag, Large, Medium, Small, Twin, or};
 use crate::values;
 use crate::world::{Kind, Open, Thing, World};
 
@@ -17,15 +17,17 @@ const PRESETS: [Config; 5] = [Config::EDF, Config::RED_FG, Config::RED_IDA, Conf
 impl World<'_> {
     pub(crate) fn twin(&mut self, at: usize) -> (&mut dyn Twin, &mut Stream) {
         match &mut self.open[at].thing {
-            Thing::Scheduler(twin, stream) => (&mut **twin, stream),
-            Thing::Dag(_) => panic!("place {at} is a graph's"),
+            Thing::Scheduler(twin, stream) | Thing::Runtime(twin, stream) => (&mut **twin, stream),
+            Thing::Dag(..) => panic!("place {at} is a graph's"),
         }
     }
 
     /// A task that was admitted once, or a name that nobody gave out.
     pub(crate) fn task(&mut self, at: usize) -> u32 {
         let tasks = match self.open.get(at).map(|open| &open.thing) {
-            Some(Thing::Scheduler(_, stream)) if !stream.tasks.is_empty() => stream.tasks.clone(),
+            Some(Thing::Scheduler(_, stream) | Thing::Runtime(_, stream)) if !stream.tasks.is_empty() => {
+                stream.tasks.clone()
+            }
             _ => vec![0],
         };
         if !self.careful && self.choices.chance(10) {
@@ -40,18 +42,33 @@ impl World<'_> {
         tasks[tasks.len() - 1 - which]
     }
 
+    /// Whether a graph is no edit of another scheduler or runtime than this one.
+    pub(crate) fn may_change(&self, at: usize, dag: usize) -> Answer<()> {
+        match &self.open[dag].thing {
+            Thing::Dag(_, begun_on) => or([0, self.open[at].bits].contains(begun_on), red_status::Conflict),
+            _ => Ok(()),
+        }
+    }
+
     /// A graph's twin apart from a scheduler's.
-    fn both<T>(&mut self, at: usize, dag: usize, call: impl FnOnce(&mut dyn Twin, &dyn AnyDag) -> T) -> T {
+    pub(crate) fn both<T>(
+        &mut self,
+        at: usize,
+        dag: usize,
+        call: impl FnOnce(&mut dyn Twin, &dyn AnyDag) -> T,
+    ) -> T {
         let Ok([scheduler, dag]) = self.open.get_disjoint_mut([at, dag]) else {
             panic!("one is a scheduler, one a graph")
         };
         match (&mut scheduler.thing, &dag.thing) {
-            (Thing::Scheduler(twin, _), Thing::Dag(dag)) => call(&mut **twin, &**dag),
+            (Thing::Scheduler(twin, _) | Thing::Runtime(twin, _), Thing::Dag(dag, _)) => {
+                call(&mut **twin, &**dag)
+            }
             _ => panic!("places {at} and {} are of other kinds", dag.bits),
         }
     }
 
-    fn any_config(&mut self) -> red_config {
+    pub(crate) fn any_config(&mut self) -> red_config {
         let preset = PRESETS[self.choices.below(5)];
         let mut config = values::of_config(&preset);
         config.lanes = 1 + self.choices.below(4) as u32;
@@ -80,7 +97,7 @@ impl World<'_> {
     }
 
     /// A field of a configuration is any number.
-    fn spoil(&mut self, config: &mut red_config) {
+    pub(crate) fn spoil(&mut self, config: &mut red_config) {
         let number = self.choices.number();
         let small = number as u32;
         match self.choices.byte() % 18 {
@@ -102,6 +119,21 @@ impl World<'_> {
             15 => config.memory_bytes = number,
             16 => config.merge_skew_ns = number,
             _ => config.overload_tick_ns = 0,
+        }
+    }
+
+    pub(crate) fn any_timing(&mut self) -> red_timing {
+        let c = &mut self.choices;
+        let deadline_ns = if c.chance(20) { c.number() } else { 200_000 + u64::from(c.byte()) * 40_000 };
+        let period_ns = if c.chance(128) { 0 } else { u64::from(c.byte()) * 50_000 };
+        let (keep, of) = if c.chance(60) { (c.byte() % 6, c.byte() % 5) } else { (0, 0) };
+        red_timing {
+            deadline_ns,
+            period_ns,
+            value: u32::from(c.byte() % 4),
+            floor_keep: keep.into(),
+            floor_of: of.into(),
+            ..red_timing::EMPTY
         }
     }
 
@@ -173,6 +205,7 @@ pub(crate) fn close(w: &mut World<'_>) {
     let (handle, at) = w.handle(Kind::Scheduler);
     let status = red_scheduler_close(handle);
     if w.is_right() {
+        w.forget_log(at);
         w.desk.expect_last(&[0; 8]);
         w.closed(at);
     }
@@ -225,26 +258,11 @@ pub(crate) fn memory_used(w: &mut World<'_>) {
     w.judge(status, said, None);
 }
 
-fn any_timing(w: &mut World<'_>) -> red_timing {
-    let c = &mut w.choices;
-    let deadline_ns = if c.chance(20) { c.number() } else { 200_000 + u64::from(c.byte()) * 40_000 };
-    let period_ns = if c.chance(128) { 0 } else { u64::from(c.byte()) * 50_000 };
-    let (keep, of) = if c.chance(60) { (c.byte() % 6, c.byte() % 5) } else { (0, 0) };
-    red_timing {
-        deadline_ns,
-        period_ns,
-        value: u32::from(c.byte() % 4),
-        floor_keep: keep.into(),
-        floor_of: of.into(),
-        ..red_timing::EMPTY
-    }
-}
-
 pub(crate) fn add_task(w: &mut World<'_>) {
     w.begin("red_scheduler_add_task");
     let (handle, at) = w.handle(Kind::Scheduler);
     let (graph, dag) = w.handle(Kind::Dag);
-    let timing = any_timing(w);
+    let timing = w.any_timing();
     let known = values::timing(&timing);
     known.err().into_iter().for_each(|wrong| w.join(wrong));
     let timing = w.given(&timing);
@@ -306,7 +324,8 @@ pub(crate) fn edit(w: &mut World<'_>) {
     let begun = begun.map(|dag| {
         if status == red_status::Ok {
             let bits = w.handle_in(out);
-            w.opened_dag(bits, class, lent.range, dag);
+            let begun_on = w.open[at].bits;
+            w.opened_dag(bits, class, lent.range, (dag, begun_on));
         }
     });
     w.judge(status, begun, None);
@@ -319,7 +338,14 @@ pub(crate) fn commit(w: &mut World<'_>) {
     let now = w.clock();
     let out = w.out_growing();
     let status = red_scheduler_commit(handle, graph, now, out.pointer);
-    let proof = w.expected(|w| w.both(at, dag, |twin, dag| twin.commit(dag, Instant::from_nanos(now))));
+    let proof = w.expected(|w| {
+        let of_this = w.may_change(at, dag);
+        w.both(at, dag, |twin, dag| {
+            twin.takes(dag)?;
+            of_this?;
+            twin.commit(dag, Instant::from_nanos(now))
+        })
+    });
     let proof = proof.map(|proof| w.put_growing(out, &values::of_certificate(&proof)));
     w.judge(status, proof, Some(at));
 }

@@ -2,6 +2,7 @@
 //! ends once; what is counted is what happened.
 
 use std::collections::HashMap;
+use std::path::PathBuf;
 
 use red_core::{Action, Outcome};
 use red_ffi::{red_figures, red_status};
@@ -23,6 +24,8 @@ pub(crate) struct Stream {
     last_unit: u64,
     units: u64,
     preempts: bool,
+    /// Where its log is, if it has one.
+    pub(crate) log: Option<PathBuf>,
 }
 
 impl Stream {

@@ -4,6 +4,9 @@ use std::any::Any;
 
 use red_core::*;
 use red_ffi::{red_executions, red_figures, red_level, red_member, red_placed_node, red_status};
+use red_record::{Reader, Replay, replay};
+
+use crate::planted::{Bug, has};
 
 /// What a call on the core says in the words of the header.
 pub(crate) type Answer<T> = Result<T, red_status>;
@@ -34,12 +37,13 @@ statuses! {
         UnknownNode => UnknownNode, NoDecoder => NoDecoder, Full => NodesFull, WorkOverflow => WorkOverflow,
     }
     task_error(AddTaskError) {
-        Full => TasksFull, Empty => EmptyGraph, Deadline => Deadline, UnknownPool => UnknownPool, Memory => Memory,
-        Unschedulable => Unschedulable,
+        Full => TasksFull, Empty => EmptyGraph, Deadline => Deadline, UnknownPool => UnknownPool,
+        UnknownSensor => UnknownSensor, Memory => Memory, Unschedulable => Unschedulable,
     }
     commit_error(CommitError) {
         UnknownTask => UnknownTask, Conflict => Conflict, Busy => Draining, Empty => EmptyGraph,
-        UnknownPool => UnknownPool, Memory => Memory, Unschedulable => Unschedulable,
+        UnknownPool => UnknownPool, UnknownSensor => UnknownSensor, Memory => Memory,
+        Unschedulable => Unschedulable,
     }
     pool_error(PoolError) { NoLane => NoLane, Full => PoolsFull }
     sensor_error(SensorError) { ZeroPeriod => ZeroPeriod, Full => SensorsFull }
@@ -47,7 +51,7 @@ statuses! {
     complete_error(CompleteError) { Stale => Stale, NotRunning => NotRunning, Late => Late }
 }
 
-fn or(right: bool, status: red_status) -> Answer<()> {
+pub(crate) fn or(right: bool, status: red_status) -> Answer<()> {
     if right { Ok(()) } else { Err(status) }
 }
 
@@ -61,6 +65,9 @@ pub(crate) trait AnyDag {
     fn refine(&mut self, stage: NodeId, encoder: Node, decoders: &[Node]) -> Answer<u32>;
     fn node(&self, node: NodeId) -> Answer<Node>;
     fn successors(&self, node: NodeId) -> Answer<Vec<u32>>;
+    fn nodes(&self) -> Vec<NodeId>;
+    /// The task, and which of its graphs an edit was begun from.
+    fn origin(&self) -> (TaskId, u32);
     /// Nodes, levels, work and critical path.
     fn summary(&self) -> (usize, usize, u64, u64);
     fn place(&self, rule: DeadlineRule, deadline: Duration, lanes: &[u8]) -> Vec<red_placed_node>;
@@ -111,6 +118,14 @@ impl<C: Capacity> AnyDag for Dag<C> {
     fn successors(&self, node: NodeId) -> Answer<Vec<u32>> {
         or(self.contains(node), red_status::UnknownNode)?;
         Ok(Self::successors(self, node).iter().map(|i| i as u32).collect())
+    }
+
+    fn nodes(&self) -> Vec<NodeId> {
+        Self::nodes(self).collect()
+    }
+
+    fn origin(&self) -> (TaskId, u32) {
+        Self::origin(self)
     }
 
     fn summary(&self) -> (usize, usize, u64, u64) {
@@ -175,28 +190,28 @@ pub(crate) trait Twin {
     fn memory_used(&self, pool: u32) -> Answer<u64>;
     fn config(&self) -> Config;
     fn figures(&self) -> red_figures;
+    /// Whether a graph is of its class.
+    fn takes(&self, dag: &dyn AnyDag) -> Answer<()>;
+    /// Whether nothing has happened that a log would not have.
+    fn is_new(&self) -> bool;
+    /// A log of all its calls is fed to another one, which answers the same.
+    fn replays(&self, log: &[u8]);
 }
 
 struct Host<C: Capacity> {
     core: Scheduler<C>,
     pools: u32,
-    sensors: usize,
+    is_set_up: bool,
 }
 
 pub(crate) fn scheduler<C: Capacity>(config: Config) -> Box<dyn Twin> {
-    Box::new(Host { core: Scheduler::<C>::new(config), pools: 1, sensors: 0 })
+    Box::new(Host { core: Scheduler::<C>::new(config), pools: 1, is_set_up: false })
 }
 
 impl<C: Capacity> Host<C> {
-    /// A graph of this class; sensors that are not there are told before the core is asked.
-    fn graph<'a>(&self, dag: &'a dyn AnyDag) -> Answer<&'a Dag<C>> {
-        let dag = dag.any().downcast_ref::<Dag<C>>().ok_or(red_status::OtherClass)?;
-        let unknown = |role| match role {
-            Some(Role::SharedEncoder(Frame { sensor: Some(sensor), .. })) => sensor.index() >= self.sensors,
-            _ => false,
-        };
-        let all_there = !dag.nodes().any(|id| unknown(dag.node(id).map(Node::role)));
-        or(all_there, red_status::UnknownSensor).map(|()| dag)
+    /// A graph of this class.
+    fn graph(dag: &dyn AnyDag) -> Answer<&Dag<C>> {
+        dag.any().downcast_ref::<Dag<C>>().ok_or(red_status::OtherClass)
     }
 }
 
@@ -204,18 +219,21 @@ impl<C: Capacity> Twin for Host<C> {
     fn add_pool(&mut self, lanes: u8, memory: Option<Bytes>) -> Answer<u32> {
         let added = self.core.add_pool(lanes, memory).map_err(pool_error)?;
         self.pools += 1;
+        self.is_set_up = true;
         Ok(added.index() as u32)
     }
 
     fn add_sensor(&mut self, period: Duration) -> Answer<u32> {
         let added = self.core.add_sensor(period).map_err(sensor_error)?;
-        self.sensors = self.sensors.max(added.index() + 1);
+        self.is_set_up = true;
         Ok(added.index() as u32)
     }
 
     fn add_task(&mut self, dag: &dyn AnyDag, timing: Timing) -> Answer<u32> {
-        let dag = self.graph(dag)?;
-        self.core.add_task(dag, timing).map(TaskId::to_bits).map_err(task_error)
+        let dag = Self::graph(dag)?;
+        let added = self.core.add_task(dag, timing).map_err(task_error)?;
+        self.is_set_up = true;
+        Ok(added.to_bits())
     }
 
     fn remove_task(&mut self, task: u32, now: Instant) -> Answer<()> {
@@ -228,7 +246,7 @@ impl<C: Capacity> Twin for Host<C> {
     }
 
     fn commit(&mut self, dag: &dyn AnyDag, now: Instant) -> Answer<Certificate> {
-        let dag = self.graph(dag)?;
+        let dag = Self::graph(dag)?;
         self.core.commit(dag, now).map_err(commit_error)
     }
 
@@ -271,7 +289,9 @@ impl<C: Capacity> Twin for Host<C> {
     }
 
     fn retire(&mut self, lane: u8) -> Answer<()> {
-        or(self.core.retire_lane(LaneId::new(lane)), red_status::UnknownLane)
+        let is_retired = self.core.retire_lane(LaneId::new(lane));
+        self.is_set_up |= is_retired;
+        or(is_retired, red_status::UnknownLane)
     }
 
     fn restore(&mut self, lane: u8) -> Answer<()> {
@@ -333,6 +353,28 @@ impl<C: Capacity> Twin for Host<C> {
             running: self.core.running_units() as u32,
             can_dispatch: self.core.can_dispatch().into(),
             ..Empty::EMPTY
+        }
+    }
+
+    fn takes(&self, dag: &dyn AnyDag) -> Answer<()> {
+        Self::graph(dag).map(drop)
+    }
+
+    fn is_new(&self) -> bool {
+        !self.is_set_up && self.core.now() == Instant::ZERO
+    }
+
+    fn replays(&self, log: &[u8]) {
+        let mut log = Reader::new(log).unwrap_or_else(|why| panic!("a log that cannot be read: {why}"));
+        let mut other = Scheduler::<C>::new(*self.core.config());
+        if has(Bug::Log) {
+            other.retire_lane(LaneId::new(0));
+        }
+        let by_number = |_: &mut _, _, _| Err(CommitError::UnknownTask);
+        match replay(&mut log, &mut other, by_number, |_, _| {}) {
+            Ok(Replay { difference: None, .. }) => {}
+            Ok(Replay { difference: Some(found), .. }) => panic!("a log that does not replay: {found:?}"),
+            Err(why) => panic!("a log that does not replay: {why}"),
         }
     }
 }

@@ -3,13 +3,14 @@
 use std::collections::HashSet;
 use std::ops::Range;
 
-use red_ffi::{red_abi_version, red_align, red_status};
+use red_ffi::red_status;
 
 use crate::bytes::Bytes;
 use crate::desk::Desk;
 use crate::ground::Ground;
 use crate::header::{self, Statuses};
 use crate::planted::{Bug, has};
+use crate::sizes::{More, Sizes};
 use crate::stream::Stream;
 use crate::twin::{AnyDag, Twin};
 
@@ -32,19 +33,23 @@ const MOST_OPEN: usize = 255;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
     Scheduler,
+    Runtime,
     Dag,
 }
 
 pub(crate) enum Thing {
     Scheduler(Box<dyn Twin>, Stream),
-    Dag(Box<dyn AnyDag>),
+    Runtime(Box<dyn Twin>, Stream),
+    /// With the handle of what it was begun on, if it is an edit.
+    Dag(Box<dyn AnyDag>, u64),
 }
 
 impl Thing {
     pub(crate) const fn kind(&self) -> Kind {
         match self {
             Self::Scheduler(..) => Kind::Scheduler,
-            Self::Dag(_) => Kind::Dag,
+            Self::Runtime(..) => Kind::Runtime,
+            Self::Dag(..) => Kind::Dag,
         }
     }
 }
@@ -60,15 +65,6 @@ pub(crate) struct Open {
     pub(crate) thing: Thing,
     /// Whether the image of its memory is not as the memory is.
     pub(crate) is_stale: bool,
-}
-
-/// How large an execution is.
-#[derive(Clone, Copy)]
-pub(crate) struct Sizes {
-    /// Classes that take part, from the smallest on.
-    pub(crate) classes: usize,
-    /// Whether there is memory for more graphs than handles.
-    pub(crate) crowd: bool,
 }
 
 pub(crate) struct World<'a> {
@@ -91,14 +87,14 @@ pub(crate) struct World<'a> {
     /// Where closed memory lies.
     closed: Option<Range<usize>>,
     /// How many calls there were.
-    calls: usize,
+    pub(crate) calls: usize,
     /// What is looked at after this call: the small, a few of many, the large now and then.
     watched: Vec<u64>,
 }
 
 impl<'a> World<'a> {
     pub(crate) fn new(choices: Bytes<'a>, arena: &'a mut Ground, desk: Desk<'a>, sizes: Sizes) -> Self {
-        arena.reset(crate::graphs::arena(sizes.classes - 1, sizes.crowd), NEVER_LENT);
+        arena.reset(crate::graphs::arena(sizes), NEVER_LENT);
         Self {
             choices,
             arena,
@@ -123,12 +119,17 @@ impl<'a> World<'a> {
         self.sizes.classes
     }
 
-    pub(crate) const fn is_crowded(&self) -> bool {
-        self.sizes.crowd
+    pub(crate) fn has(&self, more: More) -> bool {
+        self.sizes.more == more
     }
 
-    pub(crate) fn arena_len(&self) -> usize {
-        crate::graphs::arena(self.sizes.classes - 1, self.sizes.crowd)
+    /// Whether there are graphs of this class.
+    pub(crate) fn has_graphs(&self, class: usize) -> bool {
+        class < self.sizes.classes || class == 2 && self.has(More::Runtimes)
+    }
+
+    pub(crate) const fn arena_len(&self) -> usize {
+        crate::graphs::arena(self.sizes)
     }
 
     /// Begins a call: which of its arguments will be wrong.
@@ -221,13 +222,12 @@ impl<'a> World<'a> {
         };
         let mut pointer = None;
         if spoils {
-            let other = if want == Kind::Dag { Kind::Scheduler } else { Kind::Dag };
             match self.choices.byte() % 12 {
                 0 => pointer = Some(0),
                 1 => pointer = Some(1),
                 2 => bits = 0,
                 3 => bits ^= 0xff_0000,
-                4 => bits = self.open.iter().find(of_kind(other)).map_or(0, |open| open.bits),
+                4 => bits = self.open.iter().find(|open| !of_kind(want)(open)).map_or(0, |open| open.bits),
                 5 => bits = self.choices.number(),
                 6 => bits = bits.wrapping_add(1 << 32),
                 7 => bits = bits & !0xff | u64::from(self.choices.byte()),
@@ -288,7 +288,12 @@ impl<'a> World<'a> {
         self.graves.push(bits);
         self.is_untouched(own.end.min(lent.end)..lent.end);
         self.arena.fill(lent.clone(), CLOSED);
-        self.closed = Some(lent);
+        self.closed = Some(lent).filter(|lent| !lent.is_empty()).or(self.closed.take());
+    }
+
+    /// Whether its memory is looked at after this call. A runtime has none.
+    fn is_seen(&self, open: &Open) -> bool {
+        self.watched.contains(&open.bits) && !open.own.is_empty()
     }
 
     /// What must hold after every call. `changed` is what a call may have changed, if it may.
@@ -319,14 +324,14 @@ impl<'a> World<'a> {
         }
         if has(Bug::Refused)
             && !self.is_right()
-            && let Some(open) = self.open.first()
+            && let Some(open) = self.open.iter().find(|open| self.is_seen(open))
         {
             self.arena.poke(open.own.start, &[0x77]);
         }
         // Time is told even where a call of the loop is refused.
         let may_change = self.is_right() && (status == red_status::Ok || LISTENS.contains(&name));
         let changed = changed.filter(|_| may_change);
-        for (at, open) in self.open.iter().enumerate().filter(|(_, open)| self.watched.contains(&open.bits)) {
+        for (at, open) in self.open.iter().enumerate().filter(|(_, open)| self.is_seen(open)) {
             if changed != Some(at)
                 && let Some(at) = self.arena.difference_in(open.own.clone())
             {
@@ -351,10 +356,13 @@ impl<'a> World<'a> {
         }
     }
 
-    /// All that is not open, and all memory behind what is: looked at once, at the end.
+    /// All memory but what calls were there to change.
     pub(crate) fn nothing_else_was_written(&mut self) {
-        let parts = self.open.iter().map(|open| open.own.clone()).collect::<Vec<_>>();
-        parts.into_iter().for_each(|own| self.arena.accept(own));
+        for open in &mut self.open {
+            if std::mem::take(&mut open.is_stale) {
+                self.arena.accept(open.own.clone());
+            }
+        }
         self.is_untouched(0..self.arena_len());
     }
 
@@ -375,9 +383,3 @@ const LISTENS: &[&str] = &[
     "red_scheduler_complete_and_poll",
     "red_scheduler_fail",
 ];
-
-/// What needs no world: looked at once.
-pub(crate) fn constants() {
-    assert_eq!(red_abi_version(), red_ffi::RED_ABI_VERSION);
-    assert!(red_align() <= red_ffi::RED_ALIGN);
-}

@@ -1,5 +1,5 @@
 use super::*;
-use red_core::{Caps, Config, Duration, Frame, Instant, Scheduler, SensorId, Timing};
+use red_core::{Caps, Config, Duration, Frame, Instant, Scheduler, Timing};
 
 type Few = Caps<1, 6, 4>;
 
@@ -123,9 +123,4 @@ fn what_no_graph_is_made_of_is_refused() {
     let decoder = Call::Node { place: b, node: Node::decoder(Wcet::from_nanos(1)) };
     let two = [encoder(a), lead(a, 0, 32), encoder(place(1)), lead(place(1), 0, 32), decoder];
     assert!(!made(&two), "a decoder of two encoders");
-    let sees = |sensor| {
-        let frame = Frame { weights: 0, frame: 0, sensor: Some(SensorId::new(sensor)) };
-        made(&[Call::Node { place: a, node: Node::shared_encoder(Wcet::from_nanos(1), frame) }])
-    };
-    assert!(sees(5) && !sees(6), "there are six places for sensors");
 }

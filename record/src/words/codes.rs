@@ -9,7 +9,7 @@ pub(super) const RELEASE: [ReleaseError; 3] =
     [ReleaseError::UnknownTask, ReleaseError::Full, ReleaseError::Overflow];
 pub(super) const REPORT: [CompleteError; 3] =
     [CompleteError::Stale, CompleteError::NotRunning, CompleteError::Late];
-pub(super) const COMMIT: [CommitError; 7] = [
+pub(super) const COMMIT: [CommitError; 8] = [
     CommitError::UnknownTask,
     CommitError::Conflict,
     CommitError::Busy,
@@ -17,16 +17,18 @@ pub(super) const COMMIT: [CommitError; 7] = [
     CommitError::UnknownPool,
     CommitError::Memory,
     CommitError::Unschedulable,
+    CommitError::UnknownSensor,
 ];
 pub(super) const POOL: [PoolError; 2] = [PoolError::NoLane, PoolError::Full];
 pub(super) const SENSOR: [SensorError; 2] = [SensorError::ZeroPeriod, SensorError::Full];
-pub(super) const ADMIT: [AddTaskError; 6] = [
+pub(super) const ADMIT: [AddTaskError; 7] = [
     AddTaskError::Full,
     AddTaskError::Empty,
     AddTaskError::Deadline,
     AddTaskError::UnknownPool,
     AddTaskError::Memory,
     AddTaskError::Unschedulable,
+    AddTaskError::UnknownSensor,
 ];
 pub(super) const SHED: [ShedReason; 7] = [
     ShedReason::Hopeless,

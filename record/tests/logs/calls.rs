@@ -97,6 +97,12 @@ fn stage<C: Capacity>(sensor: SensorId) -> Dag<C> {
     dag
 }
 
+/// An encoder that reads a sensor which no scheduler has.
+fn blind() -> Node {
+    let frame = Frame { weights: 0, frame: 0, sensor: Some(SensorId::new(255)) };
+    Node::shared_encoder(Wcet::from_nanos(1), frame)
+}
+
 fn one<C: Capacity>(node: Node) -> Dag<C> {
     let mut dag = Dag::new();
     dag.add_node(node).expect("room");
@@ -128,14 +134,13 @@ fn set_up<C: Capacity>(host: &mut Recorder<'_, C>) -> [TaskId; 2] {
     let sensor = host.add_sensor(Duration::from_millis(10)).expect("room");
     assert_eq!(host.add_sensor(Duration::from_millis(10)), Ok(sensor));
     assert_eq!(host.add_sensor(Duration::ZERO), Err(SensorError::ZeroPeriod));
-    let periods = (1..=C::NODES as u64).map(Duration::from_micros);
-    assert_eq!(periods.map(|period| host.add_sensor(period)).last(), Some(Err(SensorError::Full)));
     let seeing = due(40).every(Duration::from_millis(20)).value(7).floor(3, 4);
     let tasks = [host.add_task(&stage(sensor), seeing), host.add_task(&stage(sensor), due(60))];
     let mut refused = |dag: &Dag<C>, timing: Timing| host.add_task(dag, timing).expect_err("refused");
     assert_eq!(refused(&Dag::new(), due(9)), AddTaskError::Empty);
     assert_eq!(refused(&one(ms(1)), due(0)), AddTaskError::Deadline);
     assert_eq!(refused(&one(ms(1).in_pool(PoolId::new(9))), due(9)), AddTaskError::UnknownPool);
+    assert_eq!(refused(&one(blind()), due(9)), AddTaskError::UnknownSensor);
     assert_eq!(refused(&one(ms(1).memory(Bytes(1_001))), due(9)), AddTaskError::Memory);
     assert_eq!(refused(&one(ms(10)), due(9)), AddTaskError::Unschedulable);
     let mut all = vec![host.add_task(&widest(), due(30)).expect("room")];
@@ -162,8 +167,11 @@ fn change<C: Capacity>(host: &mut Recorder<'_, C>, [task, other]: [TaskId; 2]) -
     let add = |dag: &mut Dag<C>, node| _ = dag.add_node(node).expect("room");
     assert_eq!(refused(&|dag| dag.nodes().for_each(|node| _ = dag.remove_node(node))), CommitError::Empty);
     assert_eq!(refused(&|dag| add(dag, ms(1).in_pool(PoolId::new(9)))), CommitError::UnknownPool);
+    assert_eq!(refused(&|dag| add(dag, blind())), CommitError::UnknownSensor);
     assert_eq!(refused(&|dag| add(dag, ms(1).memory(Bytes(1_001)))), CommitError::Memory);
     assert_eq!(refused(&|dag| add(dag, ms(100))), CommitError::Unschedulable);
+    let periods = (1..=C::NODES as u64).map(Duration::from_micros);
+    assert_eq!(periods.map(|period| host.add_sensor(period)).last(), Some(Err(SensorError::Full)));
     // A graph of a task that is gone, and one that `edit` did not make.
     let left = more(host, other, ms(1));
     assert!(host.remove_task(other, at(2)));

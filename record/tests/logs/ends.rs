@@ -1,7 +1,7 @@
 //! Where a log ends: with the end of the run, or with the reason why it does not.
 
 use crate::{Scratch, Small, again, grow, header, recorded, scheduler};
-use red_core::{Instant, LaneId, Scheduler};
+use red_core::{Action, Instant, LaneId, Scheduler};
 use red_record::{Answer, Broken, Call, Cut, LogError, Reader, Recorder, Writer, replay};
 use std::fs;
 
@@ -41,6 +41,24 @@ fn the_last_entry_says_when_and_how_the_run_ended() {
     let Answer::End(end) = last.answer else { panic!("{last}") };
     assert!(end.counters.units > 0 && end.counters.clock_steps_back == 2, "{end:?}");
     assert_eq!(log.totals().map(|totals| totals.entries), Some(totals.entries));
+}
+
+#[test]
+fn a_step_back_of_the_clock_is_counted_once_with_a_log_and_without() {
+    let file = Scratch::new("step back");
+    let (_writer, mut tape) = Writer::start(&file.0, &header()).unwrap();
+    let steps = [None, Some(&mut tape)].map(|tape| {
+        let (mut scheduler, tasks) = scheduler();
+        let mut recorder = Recorder::new(&mut scheduler, tape);
+        let [early, late] = [1, 2].map(Instant::from_nanos);
+        recorder.release_at(tasks[0], late, None, late).expect("room");
+        let Some(Action::Dispatch(dispatch)) = recorder.poll_on(LaneId::new(0), late) else {
+            panic!("nothing starts");
+        };
+        recorder.complete_and_poll(dispatch.unit, early).expect("it runs");
+        scheduler.counters().clock_steps_back
+    });
+    assert_eq!(steps, [1, 1]);
 }
 
 /// What a recording is that polls, and ends so many times, and polls so many times more.

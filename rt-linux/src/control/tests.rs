@@ -2,7 +2,7 @@ use super::{AskError, Control, DEPTH, PRODUCERS, Refused, Shared};
 use crate::shared::Held;
 use crate::stop::Stopper;
 use crate::timeline::{Host, Timeline};
-use red_core::{Caps, Config, Event, Instant, Outcome, Scheduler, TaskId};
+use red_core::{Caps, Config, Event, Instant, JobId, Outcome, ReleaseError, Scheduler, TaskId};
 use red_sync::{Request, TicketLock};
 use std::sync::Arc;
 use std::thread;
@@ -12,7 +12,7 @@ type Small = Caps<1, 1, 1, 1>;
 struct Silent;
 
 impl Host<Small> for Silent {
-    fn released(&mut self, _task: usize, _release: Instant, _taken: bool) {}
+    fn released(&mut self, _task: usize, _release: Instant, _taken: Result<JobId, ReleaseError>) {}
     fn ended(&mut self, _outcome: &Outcome) {}
     fn event(&mut self, _event: &Event) {}
 }

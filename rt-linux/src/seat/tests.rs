@@ -4,8 +4,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
 
 use red_core::{
-    Action, Caps, Config, Dag, Duration, Instant, LaneId, Node, NodeId, PoolId, Scheduler, TaskId, Timing,
-    UnitId, Wcet,
+    Action, Caps, Config, Dag, Duration, Instant, Node, NodeId, PoolId, Scheduler, TaskId, Timing, UnitId,
+    Wcet,
 };
 
 use super::Seat;
@@ -19,8 +19,8 @@ const FAR_NS: u64 = 20_000_000_000;
 
 /// Another work for every unit, so that a mixture of two shows.
 fn work(number: u64) -> Work {
-    let lane = UnitId::from_bits(number).lane();
-    Work { lane, job: number, release_ns: number, wcet_ns: number, ..Work::default() }
+    let unit = UnitId::from_bits(number);
+    Work { unit, job: number, release_ns: number, wcet_ns: number, ..Work::default() }
 }
 
 #[test]
@@ -37,7 +37,7 @@ fn every_word_of_the_work_arrives() {
         task: TaskId::from_bits(0xffff_00ff),
         node: NodeId::new(255),
         pool: PoolId::new(31),
-        lane: LaneId::new(31),
+        unit: UnitId::from_bits(u64::MAX << 16 | 31),
         job: (1 << 48) - 1,
         release_ns: u64::MAX - 1,
         deadline_ns: u64::MAX - 2,
@@ -50,9 +50,10 @@ fn every_word_of_the_work_arrives() {
     let works =
         [largest, Work { output: Some(0), ..largest }, Work { output: None, ..largest }, Work::default()];
     for (number, work) in (1_u64..).zip(works) {
-        let unit = UnitId::from_bits(number << 16 | work.lane.index() as u64);
-        seat.hand(unit, &work);
-        assert_eq!(seat.take(), Some((unit, work)));
+        let unit = UnitId::from_bits(work.unit.to_bits() & 0xff | number << 16);
+        let work = Work { unit, ..work };
+        seat.hand(&work);
+        assert_eq!(seat.take(), Some(work));
         assert_eq!(seat.take(), None);
     }
 }
@@ -60,22 +61,22 @@ fn every_word_of_the_work_arrives() {
 #[test]
 fn what_was_discarded_is_not_taken_and_the_next_one_is() {
     let seat = Seat::default();
-    seat.hand(UnitId::from_bits(1), &work(1));
+    seat.hand(&work(1));
     seat.discard();
     assert_eq!(seat.take(), None);
-    seat.hand(UnitId::from_bits(2), &work(2));
-    assert_eq!(seat.take(), Some((UnitId::from_bits(2), work(2))));
+    seat.hand(&work(2));
+    assert_eq!(seat.take(), Some(work(2)));
 }
 
 #[test]
 fn the_running_unit_is_the_last_that_was_given_by_anybody() {
     let seat = Seat::default();
     let unit = UnitId::from_bits;
-    seat.hand(unit(1 << 16), &work(1));
+    seat.hand(&work(1 << 16));
     assert_eq!(seat.running(), unit(1 << 16));
     seat.keep(unit(2 << 16));
     assert_eq!(seat.running(), unit(2 << 16));
-    seat.hand(unit(3 << 16), &work(3));
+    seat.hand(&work(3 << 16));
     assert_eq!(seat.running(), unit(3 << 16));
 }
 
@@ -108,7 +109,7 @@ fn a_ring_ends_the_wait_without_a_unit_and_a_hand_off_leaves_no_ring() {
     seat.bell.ring();
     assert_eq!(seat.sleep(&mut sleeper, None, 0), Woken::Rung);
     assert_eq!(seat.take(), None);
-    seat.hand(UnitId::from_bits(1), &work(1));
+    seat.hand(&work(1));
     assert_eq!(seat.sleep(&mut sleeper, None, 0), Woken::Rung);
     assert!(seat.take().is_some());
     assert_eq!(seat.sleep(&mut sleeper, Some(now_ns()), 0), Woken::TimedOut);
@@ -118,7 +119,7 @@ fn a_ring_ends_the_wait_without_a_unit_and_a_hand_off_leaves_no_ring() {
 fn ping_pong(rounds: u64, spin_ns: u64) {
     fn take(seat: &Seat, sleeper: &mut Sleeper, spin_ns: u64, number: u64) {
         let until = now_ns() + FAR_NS;
-        let (unit, found) = loop {
+        let found = loop {
             match seat.take() {
                 Some(handed) => break handed,
                 None => {
@@ -126,7 +127,7 @@ fn ping_pong(rounds: u64, spin_ns: u64) {
                 }
             }
         };
-        assert_eq!((unit.to_bits(), found), (number, work(number)));
+        assert_eq!(found, work(number));
     }
     let seats = Arc::new([Seat::default(), Seat::default()]);
     let echo = thread::spawn({
@@ -135,13 +136,13 @@ fn ping_pong(rounds: u64, spin_ns: u64) {
             let mut sleeper = Sleeper::yielding();
             for number in 1..=rounds {
                 take(&seats[1], &mut sleeper, spin_ns, number);
-                seats[0].hand(UnitId::from_bits(number), &work(number));
+                seats[0].hand(&work(number));
             }
         }
     });
     let mut sleeper = Sleeper::spinning();
     for number in 1..=rounds {
-        seats[1].hand(UnitId::from_bits(number), &work(number));
+        seats[1].hand(&work(number));
         take(&seats[0], &mut sleeper, spin_ns, number);
     }
     echo.join().expect("the echo saw every unit");
@@ -171,7 +172,8 @@ fn of_two_threads_of_a_lane_one_takes_each_unit() {
             thread::spawn(move || {
                 while lane.taken.load(Ordering::Acquire) < UNITS {
                     match lane.seat.take() {
-                        Some((unit, found)) => {
+                        Some(found) => {
+                            let unit = found.unit;
                             assert_eq!(found, work(unit.to_bits()));
                             let before = lane.taken.fetch_add(1, Ordering::AcqRel);
                             assert_eq!(before + 1, unit.to_bits(), "taken twice, or lost");
@@ -183,7 +185,7 @@ fn of_two_threads_of_a_lane_one_takes_each_unit() {
         })
         .collect();
     for number in 1..=UNITS {
-        lane.seat.hand(UnitId::from_bits(number), &work(number));
+        lane.seat.hand(&work(number));
         let until = now_ns() + FAR_NS;
         while lane.taken.load(Ordering::Acquire) < number {
             assert!(now_ns() < until, "unit {number} was lost");

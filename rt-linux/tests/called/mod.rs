@@ -4,7 +4,9 @@ use std::sync::{Arc, mpsc};
 use std::thread;
 use std::time::{Duration, Instant as Clock};
 
-use red_core::{Caps, Config, Dag, Event, Instant, Node, Outcome, Scheduler, TaskId, Timing, Wcet};
+use red_core::{
+    Caps, Config, Dag, Event, Instant, JobId, Node, Outcome, ReleaseError, Scheduler, TaskId, Timing, Wcet,
+};
 use red_rt::control::Control;
 use red_rt::handler::{Failed, Handler, Work};
 use red_rt::report::RunReport;
@@ -26,8 +28,8 @@ pub(crate) struct Counted {
 }
 
 impl Host<Small> for Counted {
-    fn released(&mut self, _task: usize, _release: Instant, taken: bool) {
-        self.released += usize::from(taken);
+    fn released(&mut self, _task: usize, _release: Instant, taken: Result<JobId, ReleaseError>) {
+        self.released += usize::from(taken.is_ok());
     }
 
     fn ended(&mut self, _outcome: &Outcome) {

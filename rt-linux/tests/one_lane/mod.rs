@@ -5,7 +5,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant as Clock};
 
-use red_core::{Caps, Config, Dag, Event, Instant, Node, Outcome, Scheduler, TaskId, Timing, Wcet};
+use red_core::{
+    Caps, Config, Dag, Event, Instant, JobId, Node, Outcome, ReleaseError, Scheduler, TaskId, Timing, Wcet,
+};
 use red_rt::control::Control;
 use red_rt::handler::{Failed, Handler, Work};
 use red_rt::report::RunReport;
@@ -46,7 +48,7 @@ pub(crate) struct Counted {
 }
 
 impl Host<OneNode> for Counted {
-    fn released(&mut self, _task: usize, _release: Instant, _taken: bool) {
+    fn released(&mut self, _task: usize, _release: Instant, _taken: Result<JobId, ReleaseError>) {
         self.released += 1;
     }
 

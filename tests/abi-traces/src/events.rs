@@ -3,8 +3,7 @@
 use std::io;
 
 use red_core::{
-    Capacity, CommitError, Dag, EdgeError, Frame, Instant, JobId, LaneId, Node, NodeId, Role, TaskId, UnitId,
-    refine,
+    Capacity, CommitError, Dag, EdgeError, Instant, JobId, LaneId, Node, NodeId, TaskId, UnitId, refine,
 };
 
 use crate::host::Host;
@@ -62,15 +61,6 @@ fn replace<C: Capacity>(dag: &mut Dag<C>, place: NodeId, by: Node) -> String {
 }
 
 impl<C: Capacity> Host<'_, C> {
-    /// Whether a graph reads from a sensor that is not there.
-    fn lacks_sensor(&self, dag: &Dag<C>) -> bool {
-        let sensor = |id| match dag.node(id).map(Node::role) {
-            Some(Role::SharedEncoder(Frame { sensor, .. })) => sensor,
-            _ => None,
-        };
-        dag.nodes().filter_map(sensor).any(|sensor| sensor.index() >= self.sensors)
-    }
-
     pub(crate) fn admit(&mut self, task: usize) -> io::Result<()> {
         let of_task = &self.script.tasks[task];
         let mut dag = Box::new(Dag::<C>::new());
@@ -78,9 +68,6 @@ impl<C: Capacity> Host<'_, C> {
             writeln!(self.out, "{} make {}", self.now, take(&mut dag, step))?;
         }
         self.ask(&dag, of_task.terms.deadline)?;
-        if self.lacks_sensor(&dag) {
-            return writeln!(self.out, "{} admit {task} ! UnknownSensor", self.now);
-        }
         let admitted = self.core.add_task(&dag, of_task.terms.timing());
         writeln!(self.out, "{} admit {task} {}", self.now, answer(admitted.map(TaskId::to_bits)))?;
         if let Ok(admitted) = admitted {
@@ -130,7 +117,6 @@ impl<C: Capacity> Host<'_, C> {
         let now = self.instant();
         let told = match self.edits[place].take() {
             None => "none".to_owned(),
-            Some(edit) if self.lacks_sensor(&edit) => "! UnknownSensor".to_owned(),
             Some(edit) => {
                 answer::<_, CommitError>(self.core.commit(&edit, now).map(|proof| certificate(&proof)))
             }

@@ -26,9 +26,8 @@ pub(crate) struct Host<'a, C: Capacity> {
     pub(crate) script: &'a Script,
     pub(crate) core: Box<Scheduler<C>>,
     pub(crate) out: &'a mut dyn Write,
-    /// Lanes by pool, and sensors that were taken.
+    /// By pool.
     pub(crate) lanes: Vec<u8>,
-    pub(crate) sensors: usize,
     /// The newest name of each task, and how often it was released.
     pub(crate) tasks: Vec<(TaskId, u64)>,
     pub(crate) edits: [Option<Box<Dag<C>>>; 2],
@@ -45,7 +44,7 @@ pub(crate) fn run<C: Capacity>(script: &Script, out: &mut dyn Write) -> io::Resu
     writeln!(out, "preset {}", config(&script.preset))?;
     let mut core = Box::new(Scheduler::<C>::new(script.config));
     writeln!(out, "config {}", config(core.config()))?;
-    let (mut lanes, mut sensors) = (vec![script.config.lanes], 0);
+    let mut lanes = vec![script.config.lanes];
     for (more, memory) in &script.pools {
         let added = core.add_pool(*more, *memory);
         lanes.extend(added.ok().map(|_| *more));
@@ -53,7 +52,6 @@ pub(crate) fn run<C: Capacity>(script: &Script, out: &mut dyn Write) -> io::Resu
     }
     for period in &script.sensors {
         let added = core.add_sensor(*period);
-        sensors = sensors.max(added.map_or(0, |sensor| sensor.index() + 1));
         writeln!(out, "sensor {}", answer(added.map(|sensor| sensor.index())))?;
     }
     let host = Host {
@@ -61,7 +59,6 @@ pub(crate) fn run<C: Capacity>(script: &Script, out: &mut dyn Write) -> io::Resu
         core,
         out,
         lanes,
-        sensors,
         tasks: vec![(TaskId::from_bits(u32::MAX), 0); script.tasks.len()],
         edits: [None, None],
         running: vec![None; C::LANES],
@@ -91,6 +88,7 @@ impl<C: Capacity> Host<'_, C> {
             while self.poll(now)? {}
             self.figures()?;
         }
+        debug_assert!(self.next().is_none(), "workload {} never ends", self.script.seed);
         writeln!(self.out, "end {}", self.now)
     }
 

@@ -1,11 +1,10 @@
 //! A workload as a list of what happens: everything is drawn before it runs, so that any executor can read it.
 
 use red_core::{
-    Admission, BestCase, Bytes, Config, DeadlineRule, Duration, Frame, Gate, Late, Node, Reassign, SensorId,
-    Shed, Wcet,
+    Admission, BestCase, Bytes, Config, Duration, Frame, Gate, Late, Node, Reassign, SensorId, Shed, Wcet,
 };
 use red_traces::workload::{self, Arrival, Common, Pool, Terms};
-use red_traces::{POLICIES, Rng};
+use red_traces::{POLICIES, RULES, Rng};
 
 /// Releases and edits happen before it; then what is in flight ends.
 const HORIZON_NS: u64 = 15_000_000;
@@ -139,16 +138,8 @@ impl Script {
 fn vary(config: Config, rng: &mut Rng) -> Config {
     let mut new = config;
     for _ in 0..if rng.chance(40) { rng.within(1, 4) } else { 0 } {
-        let rules = [
-            DeadlineRule::EndToEnd,
-            DeadlineRule::LevelSum,
-            DeadlineRule::LevelGraham,
-            DeadlineRule::PathProportional,
-            DeadlineRule::LatestFinish,
-            DeadlineRule::LatestStart,
-        ];
         match rng.within(0, 10) {
-            0 => new.rule = rules[rng.index(rules.len())],
+            0 => new.rule = RULES[rng.index(RULES.len())],
             1 => new.gate = [Gate::Precedence, Gate::Level][rng.index(2)],
             2 => new.reassign = [Reassign::Never, Reassign::OnDispatch, Reassign::OnChange][rng.index(3)],
             3 => new.merge_skew = rng.chance(50).then(|| Duration::from_micros(rng.within(0, 5_000))),
@@ -278,12 +269,15 @@ impl Drawing<'_> {
         }
     }
 
-    /// A stage may be refined in a live graph too; its sensor may not be there.
+    /// A new encoder, whose sensor may not be there; or a graph refined in the middle of an edit, which makes it another.
     fn stage(&mut self, stage: u8) -> Step {
-        let sensor = self.rng.chance(30).then(|| SensorId::new(self.rng.within(0, 2) as u8));
+        let sensor = self.rng.chance(30).then(|| SensorId::new(self.rng.within(0, 3) as u8));
         let plain = workload::plain(self.common, self.rng);
         let frame = Frame { weights: self.rng.within(0, 1) as u16, frame: 0, sensor };
         let encoder = Node::shared_encoder(plain.wcet(), frame).in_pool(plain.pool()).memory(Bytes(1 << 20));
+        if self.rng.chance(50) {
+            return Step::Node(encoder);
+        }
         let decoders =
             (0..self.rng.within(0, 2)).map(|_| Node::decoder(plain.wcet()).in_pool(plain.pool())).collect();
         Step::Refine(stage, encoder, decoders)

@@ -10,7 +10,7 @@ mod order;
 use crate::counts::{Count, Counts};
 use books::Books;
 use order::{Graph, Rule, facts};
-use red_core::{CommitError, Event, EventKind, Instant, Outcome, Scheduler, TaskId};
+use red_core::{CommitError, Event, EventKind, Instant, JobId, Outcome, ReleaseError, Scheduler, TaskId};
 use red_record::Recorder;
 use red_rt::timeline::Host;
 use red_workload::build::{self, Change};
@@ -292,7 +292,7 @@ impl Host<Robot> for Judge {
         }
     }
 
-    fn released(&mut self, task: usize, release: Instant, taken: bool) {
+    fn released(&mut self, task: usize, release: Instant, taken: Result<JobId, ReleaseError>) {
         self.books.released(task, release, taken);
     }
 

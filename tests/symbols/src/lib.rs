@@ -95,6 +95,7 @@ macro_rules! calls {
                 fn Scheduler_lanes(s: &S) -> usize { s.lanes() }
                 fn Scheduler_jobs_in_flight(s: &S) -> usize { s.jobs_in_flight() }
                 fn Scheduler_events_dropped(s: &S) -> u64 { s.events_dropped() }
+                fn Scheduler_now(s: &S) -> Instant { s.now() }
 
                 fn Dag_new() -> Dag<C> { Dag::new() }
                 fn Dag_work(dag: &Dag<C>) -> u64 { dag.work() }

@@ -2,8 +2,8 @@
 
 use red_core::{Action, Caps, Instant, Scheduler};
 use red_sync::{
-    Exclusive, HandlerCell, HandlerState, Mailbox, Post, Request, Requests, SeqLock, SharedScheduler,
-    TicketLock, TransitionError,
+    Exclusive, Gate, HandlerCell, HandlerState, Inside, Mailbox, Post, Request, Requests, SeqLock,
+    SharedScheduler, TicketLock, TransitionError,
 };
 
 type C = Caps<4, 16, 16>;
@@ -16,6 +16,12 @@ mod entry {
     use super::*;
 
     crate::entries! { "sync";
+        fn Gate_closed() -> Gate { Gate::closed() }
+        fn Gate_open(gate: &Gate) { gate.open(); }
+        fn Gate_enter(gate: &Gate) -> Option<Inside<'_>> { gate.enter() }
+        fn Gate_close(gate: &Gate) -> bool { gate.close() }
+        fn Gate_inside(gate: &Gate) -> u32 { gate.inside() }
+        fn Inside_drop(inside: Inside<'_>) { drop(inside) }
         fn HandlerCell_new() -> HandlerCell { HandlerCell::new() }
         fn HandlerCell_go(cell: &HandlerCell, from: HandlerState, to: HandlerState) -> Result<(), TransitionError> {
             cell.go(from, to)

@@ -15,7 +15,7 @@ pub use rng::Rng;
 
 use core::fmt::{self, Write};
 
-use red_core::{Caps, Config};
+use red_core::{Caps, Config, DeadlineRule};
 
 /// The capacities of every workload: 4 tasks of 32 nodes, 16 jobs, 8 lanes in 3 pools, and a record of events.
 pub type Board = Caps<4, 32, 16, 8, 3, 1, 512>;
@@ -27,6 +27,16 @@ pub const POLICIES: [(&str, Config); 5] = [
     ("red-ida", Config::RED_IDA),
     ("red", Config::RED),
     ("redrt", Config::REDRT),
+];
+
+/// Every deadline rule, in the order of the specification.
+pub const RULES: [DeadlineRule; 6] = [
+    DeadlineRule::EndToEnd,
+    DeadlineRule::LevelSum,
+    DeadlineRule::LevelGraham,
+    DeadlineRule::PathProportional,
+    DeadlineRule::LatestFinish,
+    DeadlineRule::LatestStart,
 ];
 
 /// In which order a host tells what happened in one instant.

@@ -138,7 +138,7 @@ pub(crate) fn one_object(
         .args(&[format!("--strip-symbols={}", leftovers.display())]);
     copy.args(&[&whole, &object]).text()?;
     if to.exists() {
-        fs::remove_file(to).map_err(|reason| failure(to, reason))?;
+        fs::remove_file(to).map_err(Failure::of_file(to))?;
     }
     // D: the same bytes whenever it is made.
     target.tool(workspace, "ar")?.args(&["rcsD".as_ref(), to, object.as_path()]).text().map(drop)
@@ -176,19 +176,15 @@ fn link_shared(
 }
 
 pub(crate) fn folder_at(path: &Path) -> Result<(), Failure> {
-    fs::create_dir_all(path).map_err(|reason| failure(path, reason))
+    fs::create_dir_all(path).map_err(Failure::of_file(path))
 }
 
 pub(crate) fn read(path: &Path) -> Result<Vec<u8>, Failure> {
-    fs::read(path).map_err(|reason| failure(path, reason))
+    fs::read(path).map_err(Failure::of_file(path))
 }
 
 pub(crate) fn write(path: &Path, text: &str) -> Result<(), Failure> {
-    fs::write(path, text).map_err(|reason| failure(path, reason))
-}
-
-pub(crate) fn failure(path: &Path, reason: std::io::Error) -> Failure {
-    Failure::File { path: path.display().to_string(), reason }
+    fs::write(path, text).map_err(Failure::of_file(path))
 }
 
 pub(crate) fn unreadable(path: &Path, reason: object::Error) -> Failure {

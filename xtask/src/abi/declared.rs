@@ -37,8 +37,7 @@ impl Declared {
     /// It cannot be read.
     pub(crate) fn of_workspace(workspace: &Workspace) -> Result<Self, Failure> {
         let path = layer::headers(workspace).join("red.h");
-        let text = fs::read_to_string(&path)
-            .map_err(|reason| Failure::File { path: path.display().to_string(), reason })?;
+        let text = fs::read_to_string(&path).map_err(Failure::of_file(&path))?;
         Ok(Self::of(&text))
     }
 

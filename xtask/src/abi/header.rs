@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::PathBuf;
 
-use super::build::{failure, folder_at, write};
+use super::build::{folder_at, write};
 use super::declared::Declared;
 use super::{layer, table};
 use crate::process::Failure;
@@ -94,7 +94,7 @@ pub(crate) fn unsaid(declared: &Declared) -> Vec<String> {
 }
 
 fn text_of(path: &PathBuf) -> Result<String, Failure> {
-    fs::read_to_string(path).map_err(|reason| failure(path, reason))
+    fs::read_to_string(path).map_err(Failure::of_file(path))
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
 
 use super::binutils::Target;
-use super::build::{self, failure, folder_at, read};
+use super::build::{self, folder_at, read};
 use super::layer::{self, Layer, VERSION};
 use super::package;
 use crate::process::Failure;
@@ -167,7 +167,7 @@ fn put(to: &Path, piece: &Piece) -> Result<String, Failure> {
         Piece::Text(text) => (fs::write(&beside, text), text.len().to_string()),
         Piece::Link(target) => (symlink(target, &beside), format!("-> {target}")),
     };
-    made.and_then(|()| fs::rename(&beside, to)).map_err(|reason| failure(to, reason))?;
+    made.and_then(|()| fs::rename(&beside, to)).map_err(Failure::of_file(to))?;
     Ok(what)
 }
 

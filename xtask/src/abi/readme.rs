@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::build::{failure, folder_at, read, write};
+use super::build::{folder_at, read, write};
 use super::elf;
 use crate::process::Failure;
 use crate::workspace::Workspace;
@@ -103,7 +103,7 @@ impl<'a> Project<'a> {
 /// found.
 pub(crate) fn check(workspace: &Workspace, prefix: &Path) -> Result<u32, Failure> {
     let path = workspace.root.join(README);
-    let readme = fs::read_to_string(&path).map_err(|reason| failure(&path, reason))?;
+    let readme = fs::read_to_string(&path).map_err(Failure::of_file(&path))?;
     let cmake = code(&readme, "cmake").map_err(Failure::Wrong)?;
     let main = code(&readme, "cpp").map_err(Failure::Wrong)?;
     let project = |name: &str, cmake: &str, main: &str| {

@@ -43,7 +43,7 @@ impl Library {
         let prefix = shipped.with_extension(sanitizer);
         let lib = prefix.join("lib");
         let _old = fs::remove_dir_all(&prefix);
-        fs::create_dir_all(&lib).map_err(|reason| failure(&lib, reason))?;
+        fs::create_dir_all(&lib).map_err(Failure::of_file(&lib))?;
         // No other library is there that might be linked in its place.
         for (part, to) in [("include", &prefix), ("lib/cmake", &lib)] {
             workspace.command("cp").args(&["-r"]).args(&[&shipped.join(part), to]).stream()?;
@@ -67,9 +67,5 @@ impl Library {
 }
 
 fn copy(from: &Path, to: &Path) -> Result<(), Failure> {
-    fs::copy(from, to).map(drop).map_err(|reason| failure(from, reason))
-}
-
-fn failure(path: &Path, reason: std::io::Error) -> Failure {
-    Failure::File { path: path.display().to_string(), reason }
+    fs::copy(from, to).map(drop).map_err(Failure::of_file(from))
 }

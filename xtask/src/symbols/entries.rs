@@ -39,8 +39,7 @@ pub(crate) fn wanted(workspace: &Workspace) -> Result<BTreeSet<Entry>, Failure> 
     let mut found = BTreeSet::new();
     for folder in SOURCES {
         for file in sources(&workspace.root.join(folder))? {
-            let text = fs::read_to_string(&file)
-                .map_err(|reason| Failure::File { path: file.display().to_string(), reason })?;
+            let text = fs::read_to_string(&file).map_err(Failure::of_file(&file))?;
             found.extend(public_functions(&text));
         }
     }

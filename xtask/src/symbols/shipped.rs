@@ -21,8 +21,7 @@ pub(super) fn check(workspace: &Workspace) -> Result<u32, Failure> {
         let place = target.unwrap_or("here");
         let wrong = |what: String| Failure::Wrong(format!("C ABI, {place}: {what}"));
         let path = abi::archive_of_the_core(workspace, target)?;
-        let bytes =
-            fs::read(&path).map_err(|reason| Failure::File { path: path.display().to_string(), reason })?;
+        let bytes = fs::read(&path).map_err(Failure::of_file(&path))?;
         let look = |forbidden: &[&str]| {
             reach::from_entries(&bytes, &|name| name.starts_with("red_"), OUTSIDE, forbidden)
                 .map_err(|reason| wrong(reason.to_string()))

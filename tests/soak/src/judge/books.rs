@@ -2,7 +2,7 @@
 //! be answered, every job that was accepted has one outcome, and floors hold.
 
 use super::Name;
-use red_core::{Instant, Outcome, ShedReason};
+use red_core::{Instant, JobId, Outcome, ReleaseError, ShedReason};
 use red_tests::model::is_violated;
 use red_workload::model::Workload;
 use std::collections::HashMap;
@@ -45,10 +45,10 @@ impl Books {
     }
 
     /// A release was answered. Of a task that is gone it is no job.
-    pub(super) fn released(&mut self, task: usize, release: Instant, taken: bool) {
+    pub(super) fn released(&mut self, task: usize, release: Instant, taken: Result<JobId, ReleaseError>) {
         self.answered += 1;
         if !self.tasks[task].is_removed {
-            self.tasks[task].releases.push((release, taken));
+            self.tasks[task].releases.push((release, taken.is_ok()));
         }
     }
 

@@ -48,7 +48,7 @@ fn outcome(index: u64, shed: Option<ShedReason>) -> Outcome {
 /// What the judge says about these events of the job that was released, and about the end.
 fn verdict(events: &[(u64, EventKind, u8, u8)]) -> Option<String> {
     let mut judge = judge();
-    Host::released(&mut judge, 0, Instant::ZERO, true);
+    Host::released(&mut judge, 0, Instant::ZERO, Ok(JobId::from_bits(0)));
     for (at, kind, node, lane) in events {
         Host::event(&mut judge, &event(*at, *kind, *node, *lane));
     }
@@ -121,7 +121,7 @@ fn every_planted_fault_is_caught() {
 /// What the judge says when these calls tell of job 0, whose events are right, and of others.
 fn books(tell: impl FnOnce(&mut Judge), asked: u64) -> Option<String> {
     let mut judge = judge();
-    Host::released(&mut judge, 0, Instant::ZERO, true);
+    Host::released(&mut judge, 0, Instant::ZERO, Ok(JobId::from_bits(0)));
     RIGHT.iter().for_each(|(at, kind, node, lane)| judge.event(&event(*at, *kind, *node, *lane)));
     tell(&mut judge);
     judge.none_forgotten(asked);
@@ -158,7 +158,7 @@ fn every_release_and_every_outcome_is_accounted_for() {
         (
             "a job that was accepted and never began",
             |judge| {
-                Host::released(judge, 0, Instant::ZERO, true);
+                Host::released(judge, 0, Instant::ZERO, Ok(JobId::from_bits(0)));
                 (0..2).for_each(|i| judge.ended(&outcome(i, None)));
             },
             2,
@@ -176,7 +176,7 @@ fn more_than_a_floor_allows_given_up_by_choice_is_caught() {
     let given_up = |jobs: &[u64], reason: ShedReason| {
         let mut judge = judge();
         for job in 0..4 {
-            Host::released(&mut judge, 0, Instant::ZERO, true);
+            Host::released(&mut judge, 0, Instant::ZERO, Ok(JobId::from_bits(0)));
             judge.event(&Event { job, ..event(0, Released, 0, 0) });
         }
         for job in 0..4 {
@@ -198,7 +198,7 @@ fn a_start_before_one_of_a_smaller_key_is_caught() {
     let second_first = |releases: [u64; 2]| {
         let mut judge = judge();
         for (job, release) in (0..).zip(releases) {
-            Host::released(&mut judge, 0, Instant::from_nanos(release), true);
+            Host::released(&mut judge, 0, Instant::from_nanos(release), Ok(JobId::from_bits(0)));
             judge.event(&Event { job, ..event(5, Released, 0, 0) });
         }
         judge.event(&Event { job: 1, ..event(5, Started, 0, 0) });

@@ -1,0 +1,58 @@
+//! CPUs that runs in real time of this process have to themselves.
+
+use crate::placement::{choose_cpus, usable_cpus};
+use crate::setup::SetupError;
+use std::collections::BTreeSet;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+static HELD: Mutex<BTreeSet<usize>> = Mutex::new(BTreeSet::new());
+
+fn held() -> MutexGuard<'static, BTreeSet<usize>> {
+    HELD.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// A CPU for each of `lanes` lanes, as [`choose_cpus`] chooses, of those that no other run of this process has.
+///
+/// # Errors
+/// As [`choose_cpus`]; [`SetupError::CpusHeld`]: there would be enough if other runs did not have theirs.
+pub fn choose_free_cpus(lanes: usize) -> Result<Vec<usize>, SetupError> {
+    choose_free(lanes, &usable_cpus()?)
+}
+
+fn choose_free(lanes: usize, usable: &[usize]) -> Result<Vec<usize>, SetupError> {
+    let (others, free): (Vec<usize>, Vec<usize>) = usable.iter().partition(|cpu| held().contains(cpu));
+    if (free.len() + 1..=usable.len()).contains(&lanes) {
+        return Err(SetupError::CpusHeld { cpus: others });
+    }
+    choose_cpus(lanes, if lanes > usable.len() { usable } else { &free })
+}
+
+/// Keeps CPUs from other runs of this process until it is dropped.
+#[derive(Debug)]
+pub(crate) struct HeldCpus(Vec<usize>);
+
+impl HeldCpus {
+    /// # Errors
+    /// [`SetupError::CpusHeld`]: another run has some of them, and keeps them.
+    pub(crate) fn hold(cpus: &[usize]) -> Result<Self, SetupError> {
+        let mut held = held();
+        let others: Vec<usize> = cpus.iter().filter(|cpu| held.contains(cpu)).copied().collect();
+        if !others.is_empty() {
+            return Err(SetupError::CpusHeld { cpus: others });
+        }
+        held.extend(cpus);
+        Ok(Self(cpus.to_vec()))
+    }
+}
+
+impl Drop for HeldCpus {
+    fn drop(&mut self) {
+        let mut held = held();
+        for cpu in &self.0 {
+            held.remove(cpu);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;
