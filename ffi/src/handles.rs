@@ -14,7 +14,8 @@ use crate::runtime::Engine;
 use crate::status::red_status;
 use core::cell::UnsafeCell;
 use core::ops::Range;
-use core::sync::atomic::{AtomicU32, AtomicUsize, Ordering};
+use core::ptr;
+use core::sync::atomic::{AtomicPtr, AtomicU32, AtomicUsize, Ordering};
 
 /// Places, of which the first stays empty: what was never opened is all zero, and finds it.
 pub(crate) const PLACES: usize = if cfg!(target_os = "none") { 16 } else { 256 };
@@ -34,6 +35,8 @@ struct Place {
     /// The handle of what is open here.
     name: Name,
     object: UnsafeCell<Object>,
+    /// If it is a runtime, which may be closed, and another one opened here, while calls on it begin: its address.
+    runtime: AtomicPtr<Engine>,
     /// Somebody opens here.
     claimed: AtomicU32,
     /// Addresses of the object's memory.
@@ -41,7 +44,8 @@ struct Place {
     end: AtomicUsize,
 }
 
-// SAFETY: `object` is written by who claimed the place, before it is open; calls on its handle read it.
+// SAFETY: `object` is written by who claimed the place, before it is open; calls on its handle read it, none of which goes on
+// when a scheduler or a graph is closed, which is their caller's word.
 unsafe impl Sync for Place {}
 
 impl Place {
@@ -49,6 +53,7 @@ impl Place {
         Self {
             name: Name::none(),
             object: UnsafeCell::new(Object::Nothing),
+            runtime: AtomicPtr::new(ptr::null_mut()),
             claimed: AtomicU32::new(0),
             start: AtomicUsize::new(0),
             end: AtomicUsize::new(0),
@@ -110,7 +115,7 @@ pub(crate) const fn place(bits: u64) -> usize {
 
 /// The object of a handle.
 #[inline(always)]
-pub(crate) fn object(bits: u64) -> Option<Object> {
+fn object(bits: u64) -> Option<Object> {
     let place = TABLE.get(place(bits))?;
     // SAFETY: the place is open, so its object was written before, and is not written until it is closed.
     (place.name.get() == bits).then(|| unsafe { *place.object.get() })
@@ -119,12 +124,21 @@ pub(crate) fn object(bits: u64) -> Option<Object> {
 /// Why a handle is not of what it should be.
 #[cold]
 pub(crate) fn refusal(bits: u64) -> red_status {
-    match object(bits) {
+    match TABLE.get(place(bits)) {
         _ if bits == 0 => red_status::Closed,
-        Some(_) => red_status::OtherKind,
-        None if bits as u32 & !0xff == copy() => red_status::Closed,
-        None => red_status::Foreign,
+        Some(place) if place.name.get() == bits => red_status::OtherKind,
+        _ if bits as u32 & !0xff == copy() => red_status::Closed,
+        _ => red_status::Foreign,
     }
+}
+
+/// The runtime of a handle, which may be closed at any time.
+#[cfg_attr(not(feature = "runtime"), expect(dead_code, reason = "the core alone opens none"))]
+pub(crate) fn runtime(bits: u64) -> Result<*mut Engine, red_status> {
+    let place = TABLE.get(place(bits)).filter(|place| place.name.get() == bits);
+    // Relaxed: `Name::get` comes after what was stored before the name.
+    let runtime = place.map(|place| place.runtime.load(Ordering::Relaxed));
+    runtime.filter(|runtime| !runtime.is_null()).ok_or_else(|| refusal(bits))
 }
 
 /// The scheduler of a handle.
@@ -163,8 +177,11 @@ pub(crate) fn open(range: &Range<usize>, make: impl FnOnce() -> Object) -> Resul
         // Release: pairs with the Acquire in `Place::overlaps`, which then sees that the name before is gone.
         place.start.store(range.start, Ordering::Release);
         place.end.store(range.end, Ordering::Release);
+        let object = make();
+        let runtime = if let Object::Runtime(engine) = object { engine } else { ptr::null_mut() };
+        place.runtime.store(runtime, Ordering::Relaxed);
         // SAFETY: nothing is open here and the claim is ours, so nobody else looks at it.
-        unsafe { *place.object.get() = make() };
+        unsafe { *place.object.get() = object };
         let name = (place.name.get() >> 32).wrapping_add(1) << 32 | u64::from(copy()) | i as u64;
         place.name.set(name);
         return Ok(name);

@@ -1,15 +1,11 @@
 //! CPUs that runs in real time of this process have to themselves.
 
+use crate::per_process::PerProcess;
 use crate::placement::{choose_cpus, usable_cpus};
 use crate::setup::SetupError;
 use std::collections::BTreeSet;
-use std::sync::{Mutex, MutexGuard, PoisonError};
 
-static HELD: Mutex<BTreeSet<usize>> = Mutex::new(BTreeSet::new());
-
-fn held() -> MutexGuard<'static, BTreeSet<usize>> {
-    HELD.lock().unwrap_or_else(PoisonError::into_inner)
-}
+static HELD: PerProcess<BTreeSet<usize>> = PerProcess::new();
 
 /// A CPU for each of `lanes` lanes, as [`choose_cpus`] chooses, of those that no other run of this process has.
 ///
@@ -20,7 +16,7 @@ pub fn choose_free_cpus(lanes: usize) -> Result<Vec<usize>, SetupError> {
 }
 
 fn choose_free(lanes: usize, usable: &[usize]) -> Result<Vec<usize>, SetupError> {
-    let (others, free): (Vec<usize>, Vec<usize>) = usable.iter().partition(|cpu| held().contains(cpu));
+    let (others, free): (Vec<usize>, Vec<usize>) = usable.iter().partition(|cpu| HELD.lock().contains(cpu));
     if (free.len() + 1..=usable.len()).contains(&lanes) {
         return Err(SetupError::CpusHeld { cpus: others });
     }
@@ -35,7 +31,7 @@ impl HeldCpus {
     /// # Errors
     /// [`SetupError::CpusHeld`]: another run has some of them, and keeps them.
     pub(crate) fn hold(cpus: &[usize]) -> Result<Self, SetupError> {
-        let mut held = held();
+        let mut held = HELD.lock();
         let others: Vec<usize> = cpus.iter().filter(|cpu| held.contains(cpu)).copied().collect();
         if !others.is_empty() {
             return Err(SetupError::CpusHeld { cpus: others });
@@ -47,7 +43,7 @@ impl HeldCpus {
 
 impl Drop for HeldCpus {
     fn drop(&mut self) {
-        let mut held = held();
+        let mut held = HELD.lock();
         for cpu in &self.0 {
             held.remove(cpu);
         }

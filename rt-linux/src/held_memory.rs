@@ -3,12 +3,20 @@
 //! *Rule.* The first of them that begins changes it, and the last that ends, or is refused, changes it back. A process that
 //! had locked memory of its own before keeps both: what would be undone could be its own.
 
+use crate::per_process::PerProcess;
 use crate::setup::{self, SetupError};
 use std::fs;
-use std::sync::{Mutex, PoisonError};
 
-/// Runs that have it so, and whether they found it otherwise.
-static RUNS: Mutex<(usize, bool)> = Mutex::new((0, false));
+#[derive(Default)]
+struct Runs {
+    /// That have it so.
+    count: usize,
+    /// Nothing was locked before them.
+    is_ours: bool,
+}
+
+// A child of `fork` has nothing locked.
+static RUNS: PerProcess<Runs> = PerProcess::new();
 
 /// Keeps the process so until it is dropped.
 #[derive(Debug)]
@@ -16,31 +24,35 @@ pub(crate) struct HeldMemory(());
 
 impl HeldMemory {
     /// # Errors
-    /// As [`setup::malloc_for_real_time`] and [`setup::lock_memory`]; then nothing is changed.
+    /// As [`setup::lock_memory`] and [`setup::malloc_for_real_time`]; then nothing is changed.
     pub(crate) fn hold() -> Result<Self, SetupError> {
-        let mut runs = RUNS.lock().unwrap_or_else(PoisonError::into_inner);
-        let (count, is_ours) = &mut *runs;
-        if *count == 0 {
-            *is_ours = has_none_locked();
-            setup::malloc_for_real_time()?;
-            if let Err(reason) = setup::lock_memory() {
-                if *is_ours {
-                    setup::memory_by_default();
-                }
+        let mut runs = RUNS.lock();
+        if runs.count == 0 {
+            runs.is_ours = has_none_locked();
+            setup::lock_memory()?;
+            if let Err(reason) = setup::malloc_for_real_time() {
+                runs.undo();
                 return Err(reason);
             }
         }
-        *count += 1;
+        runs.count += 1;
         Ok(Self(()))
     }
 }
 
 impl Drop for HeldMemory {
     fn drop(&mut self) {
-        let mut runs = RUNS.lock().unwrap_or_else(PoisonError::into_inner);
-        let (count, is_ours) = &mut *runs;
-        *count -= 1;
-        if *count == 0 && *is_ours {
+        let mut runs = RUNS.lock();
+        runs.count -= 1;
+        if runs.count == 0 {
+            runs.undo();
+        }
+    }
+}
+
+impl Runs {
+    fn undo(&self) {
+        if self.is_ours {
             setup::memory_by_default();
         }
     }

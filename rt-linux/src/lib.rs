@@ -43,6 +43,7 @@ mod held_memory;
 mod lane;
 mod oversight;
 pub mod panics;
+mod per_process;
 pub mod pi_lock;
 pub mod placement;
 pub mod preflight;

@@ -204,7 +204,9 @@ where
                 // Later than what lanes did meanwhile.
                 let now = Instant::from_nanos(shared.waiting.now());
                 take_requests(scheduler, requests, &mut host, now);
-                while held.timeline.release(scheduler, &mut host, now).is_some() {}
+                while stopper.stopped().is_none()
+                    && held.timeline.release(scheduler, &mut host, now).is_some()
+                {}
                 while let Some(event) = scheduler.take_event() {
                     host.event(event);
                 }

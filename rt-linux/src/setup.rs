@@ -293,8 +293,8 @@ pub fn malloc_for_real_time() -> Result<(), SetupError> {
     Ok(())
 }
 
-/// Undoes [`lock_memory`] and [`malloc_for_real_time`]: nothing is locked, glibc's allocator has the settings that it begins
-/// with, and gives back what it kept.
+/// Undoes [`lock_memory`] and [`malloc_for_real_time`]: nothing is locked, the two settings of glibc's allocator are the
+/// documented defaults, and it gives back what it kept. Soft limits stay raised. Takes a moment for each MiB that was kept.
 pub(crate) fn memory_by_default() {
     // Neither fails where the other way went well.
     let _unlocked = munlockall();

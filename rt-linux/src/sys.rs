@@ -1,4 +1,4 @@
-#![allow(unsafe_code, reason = "the system calls that nix lacks; the only file of this crate with unsafe")]
+#![allow(unsafe_code, reason = "the system calls that nix lacks")]
 //! Every libc call that nix lacks, each behind a safe function.
 
 use core::cell::UnsafeCell;

@@ -38,6 +38,10 @@ pub struct Releases {
     pub period_ns: Option<u64>,
 }
 
+/// Releases of one turn: more than jobs are in flight, so that overload is shed by its rule and not by the order of turns,
+/// and few enough that a turn ends whatever the periods are.
+const AT_ONCE: usize = 1 << 12;
+
 /// Next releases, until the end of the run.
 #[derive(Clone, Debug)]
 pub(crate) struct Timeline {
@@ -64,8 +68,7 @@ impl Timeline {
         self.wake_at(now_ns).is_none()
     }
 
-    /// Releases what is due, in the order of instants and then of tasks: as many jobs as there is room for, whatever the
-    /// periods are, so that a turn ends. Returns the earliest.
+    /// Releases what is due, in the order of instants and then of tasks, up to [`AT_ONCE`]. Returns the earliest.
     pub(crate) fn release<C: Capacity>(
         &mut self,
         scheduler: &mut Recorder<'_, C>,
@@ -73,7 +76,7 @@ impl Timeline {
         now: Instant,
     ) -> Option<u64> {
         let mut first = None;
-        for _ in 0..C::JOBS {
+        for _ in 0..AT_ONCE {
             let Some(at) = self.next_at().filter(|at| *at <= now.as_nanos()) else { break };
             let due = self.next.iter_mut().find(|(_, next)| *next == Some(at));
             let Some((releases, next)) = due else { break };

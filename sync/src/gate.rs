@@ -20,6 +20,11 @@ const CLOSED: u32 = 1 << 31;
 /// assert_eq!(gate.inside(), 1);
 /// drop(inside);
 /// assert_eq!(gate.inside(), 0);
+///
+/// gate.open();
+/// let _of_the_parent = gate.enter();
+/// gate.forget();
+/// assert!(gate.enter().is_none() && gate.inside() == 0);
 /// ```
 #[derive(Debug)]
 pub struct Gate(AtomicU32);
@@ -40,6 +45,10 @@ impl Gate {
 
     /// Goes in, until what is answered is dropped; `None` if it is closed. Wait-free.
     pub fn enter(&self) -> Option<Inside<'_>> {
+        // So that those who ask at a closed one are not counted all the time. Relaxed: the count below decides.
+        if self.0.load(Ordering::Relaxed) & CLOSED != 0 {
+            return None;
+        }
         // Acquire: pairs with the Release in `open`.
         let found = self.0.fetch_add(1, Ordering::Acquire);
         let inside = Inside(self);
@@ -50,6 +59,11 @@ impl Gate {
     #[must_use = "whoever did not close it must not take anything away"]
     pub fn close(&self) -> bool {
         self.0.fetch_or(CLOSED, Ordering::Relaxed) & CLOSED == 0
+    }
+
+    /// Forgets who was inside and closes it, where they are not any more: in the child of a fork. Wait-free.
+    pub fn forget(&self) {
+        self.0.store(CLOSED, Ordering::Relaxed);
     }
 
     /// How many are inside; who was refused may be counted for a moment. Wait-free.

@@ -99,8 +99,10 @@ pub(crate) fn built(workspace: &Workspace, name: &str, version: &str, asks: &[&s
     let program = folder.join("bin").join(name);
     let there = workspace.command(&program).args(asks).output();
     if !there.is_ok_and(|answer| answer.ends_with(version)) {
-        let install = ["install", "--debug", "--locked", "--quiet", name, "--version", version, "--root"];
-        workspace.cargo(&install).args(&[&folder]).stream()?;
+        // Soon built, and small.
+        let how = ["install", "--debug", "--config", "profile.dev.debug=false", "--locked", "--quiet"];
+        let what = [name, "--version", version, "--root"];
+        workspace.cargo(&how).args(&what).args(&[&folder]).stream()?;
     }
     Ok(workspace.command(program))
 }

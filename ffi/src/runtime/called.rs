@@ -2,14 +2,32 @@
 //! The runtime of a handle, which is there as long as calls on it last.
 
 use super::engine::Engine;
+use super::fork;
 use crate::handles::{self, Object, PLACES};
 use crate::status::red_status;
 use core::ops::Deref;
+use core::sync::atomic::{AtomicU32, Ordering};
 use red_sync::{Gate, Inside};
-use std::thread;
 
-/// Who is in a call on the runtime of each place.
-static GATES: [Gate; PLACES] = [const { Gate::closed() }; PLACES];
+/// Where calls on the runtime of a place come in.
+struct Door {
+    /// The process that opened it.
+    forks: AtomicU32,
+    gate: Gate,
+}
+
+static DOORS: [Door; PLACES] = [const { Door { forks: AtomicU32::new(0), gate: Gate::closed() } }; PLACES];
+
+impl Door {
+    fn open(&self) {
+        let forks = fork::generation();
+        // Relaxed: nobody else has the handle yet.
+        if self.forks.swap(forks, Ordering::Relaxed) != forks {
+            self.gate.forget();
+        }
+        self.gate.open();
+    }
+}
 
 /// Gives a runtime a handle.
 pub(super) fn open(engine: Engine) -> Result<u64, red_status> {
@@ -18,7 +36,7 @@ pub(super) fn open(engine: Engine) -> Result<u64, red_status> {
         // SAFETY: nobody else knows of it.
         drop(unsafe { Box::from_raw(engine) });
     });
-    opened.inspect(|bits| GATES.get(handles::place(*bits)).into_iter().for_each(Gate::open))
+    opened.inspect(|bits| DOORS.get(handles::place(*bits)).into_iter().for_each(Door::open))
 }
 
 /// A call on a runtime.
@@ -40,16 +58,15 @@ impl Deref for Called {
 
 /// Begins a call on the runtime of a handle.
 pub(crate) fn engine(bits: u64) -> Result<Called, red_status> {
-    let find = || match handles::object(bits) {
-        Some(Object::Runtime(engine)) => Ok(engine),
-        _ => Err(handles::refusal(bits)),
-    };
-    let _there = find()?;
-    let gate = GATES.get(handles::place(bits)).ok_or(red_status::Foreign)?;
+    let _there = handles::runtime(bits)?;
+    let Door { forks, gate } = DOORS.get(handles::place(bits)).ok_or(red_status::Foreign)?;
+    // Before the gate, which the parent may have closed.
+    if forks.load(Ordering::Relaxed) != fork::generation() {
+        return Err(red_status::Forked);
+    }
     let inside = gate.enter().ok_or(red_status::Closed)?;
     // Now nobody frees it; until here somebody may have, and opened another one in its place.
-    let called = Called { bits, engine: find()?, gate, inside };
-    if called.is_the_parents() { Err(red_status::Forked) } else { Ok(called) }
+    Ok(Called { bits, engine: handles::runtime(bits)?, gate, inside })
 }
 
 impl Called {
@@ -69,13 +86,10 @@ impl Called {
             return Err(red_status::Internal);
         }
         // What is freed is the address that `open` had: a reference to it only looks.
-        let Self { bits, engine, gate, inside } = self;
+        let Self { bits, engine, inside, .. } = self;
         drop(inside);
-        // Also those that are just being refused.
-        while gate.inside() > 0 {
-            thread::yield_now();
-        }
-        // SAFETY: made by `open`; nobody is in a call on it, and nobody comes in any more.
+        // SAFETY: made by `open`; nobody is in a call on it, and nobody comes in any more. Who is just being refused is
+        // counted at the door, which stays.
         drop(unsafe { Box::from_raw(engine) });
         handles::close(bits)
     }

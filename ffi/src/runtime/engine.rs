@@ -5,7 +5,6 @@
 
 use super::bodies::{Bodies, Calls, is_in_body};
 use super::called;
-use super::fork;
 use super::notes::{Notes, Teller};
 use super::report::red_report;
 use super::text;
@@ -79,7 +78,6 @@ pub(crate) struct Engine {
     pub(crate) notes: Arc<Notes>,
     pub(crate) bodies: Arc<Bodies>,
     shared: Arc<Shared>,
-    forks: u32,
 }
 
 impl Engine {
@@ -105,7 +103,6 @@ impl Engine {
                 state: Mutex::new(State::SetUp(Box::new(set_up))),
                 ended: Condvar::new(),
             }),
-            forks: fork::generation(),
         })
     }
 
@@ -129,11 +126,6 @@ impl Engine {
         }
         *called.state() = State::Failed(red_status::Closed, String::new());
         called.free()
-    }
-
-    /// Whether this process is a child of the one that opened it.
-    pub(crate) fn is_the_parents(&self) -> bool {
-        self.forks != fork::generation()
     }
 
     pub(crate) fn state(&self) -> MutexGuard<'_, State> {

@@ -71,7 +71,7 @@ struct Observed {
 /// Runs a real-time thread with a period of 1 ms for `duration` (at least 10 ms) and reports its wake-ups, page
 /// faults and interruptions. Without the right to a real-time priority it measures an ordinary thread and says so.
 ///
-/// All memory of the process is locked from then on, as in a run.
+/// All memory of the process is locked meanwhile and afterwards, as in a run.
 #[must_use]
 pub fn measure(duration: Duration) -> Vec<Finding> {
     let mut findings = vec![timer_resolution()];

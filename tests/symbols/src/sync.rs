@@ -20,6 +20,7 @@ mod entry {
         fn Gate_open(gate: &Gate) { gate.open(); }
         fn Gate_enter(gate: &Gate) -> Option<Inside<'_>> { gate.enter() }
         fn Gate_close(gate: &Gate) -> bool { gate.close() }
+        fn Gate_forget(gate: &Gate) { gate.forget(); }
         fn Gate_inside(gate: &Gate) -> u32 { gate.inside() }
         fn Inside_drop(inside: Inside<'_>) { drop(inside) }
         fn HandlerCell_new() -> HandlerCell { HandlerCell::new() }
