@@ -40,6 +40,7 @@ mod nightly;
 mod preempt_rt;
 mod process;
 mod report;
+mod room;
 mod sanitizers;
 mod steps;
 mod symbols;

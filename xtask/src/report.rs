@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 
 use crate::depth::Depth;
 use crate::process::Failure;
+use crate::room;
 use crate::steps::Step;
 use crate::workspace::Workspace;
 
@@ -72,7 +73,10 @@ pub(crate) fn run(workspace: &Workspace, steps: &[Step], depth: Depth) -> ExitCo
         if let Err(failure) = outcome {
             complain!("{}: {failure}", step.name);
         }
-        say!("-- {row}");
+        let free = room::free_mib(workspace);
+        let told = free.map_or(String::new(), |mib| format!("   {:.1} GiB free", mib as f64 / 1024.0));
+        say!("-- {row}{told}");
+        room::make(workspace, step.name, free);
         rows.push((row, tally));
     }
     let sum = |count: fn(&Tally) -> u32| rows.iter().map(|(_, tally)| count(tally)).sum::<u32>();

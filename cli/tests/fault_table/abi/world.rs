@@ -2,6 +2,8 @@
 
 use red_core::Empty;
 use red_ffi::*;
+use std::ffi::CStr;
+use std::fs;
 
 /// Memory as C lends it.
 #[repr(C, align(64))]
@@ -219,5 +221,8 @@ impl Drop for World {
         for scheduler in [&mut self.scheduler, &mut self.opened_scheduler] {
             let _closed = red_scheduler_close(scheduler);
         }
+        // Calls that were refused made none.
+        let log = CStr::from_bytes_until_nul(&self.path).ok().and_then(|log| log.to_str().ok());
+        let _removed = log.map(fs::remove_file);
     }
 }
