@@ -112,7 +112,7 @@ pub(crate) fn certificate(w: &mut World<'_>) {
 }
 
 pub(crate) fn edit(w: &mut World<'_>) {
-    // Where no runtime is open it is refused before its memory is looked at.
+    // Among many there is room for small ones only.
     let class = if w.has_graphs(2) { 2 } else { 0 };
     let (handle, at) = w.runtime("red_runtime_edit");
     let task = w.task(at);
@@ -120,6 +120,7 @@ pub(crate) fn edit(w: &mut World<'_>) {
     let out = w.out();
     let status = red_runtime_edit(handle, task, lent.pointer, lent.bytes, out.pointer);
     let begun = w.expected(|w| {
+        or(class == 2, red_status::TooShort)?;
         let dag = w.twin(at).0.edit(task)?;
         w.may_open(&lent.range)?;
         Ok(dag)
