@@ -2069,15 +2069,18 @@ red_status red_runtime_close(red_runtime *runtime);
 /**
  * Where a runtime is: one of red_runtime_state.
  *
- * Threads: any, at once. Real time: no. Time: O(1). Errors: those of the handle, RED_STATUS_FORKED.
+ * Threads: any, at once. Real time: no. Time: O(1), but until a start that goes on is over. Errors: those of the
+ * handle, RED_STATUS_FORKED.
  */
-red_status red_runtime_state_of(const red_runtime *runtime, uint32_t *state);
+red_status red_runtime_state_of(const red_runtime *runtime,
+                                uint32_t *state);
 
 /**
  * Why red_runtime_start was refused, in words, with what to do about it; empty where it was not. Up to `room` bytes into
  * `text`, with the byte that ends it, and how many it takes into `count`; if they are more than `room`, only that.
  *
- * Threads: any, at once. Real time: no. Time: O(length). Errors: RED_STATUS_TOO_SHORT, RED_STATUS_FORKED.
+ * Threads: any, at once. Real time: no. Time: O(length), but until a start that goes on is over. Errors:
+ * RED_STATUS_TOO_SHORT, RED_STATUS_FORKED.
  */
 red_status red_runtime_message(const red_runtime *runtime,
                                char *text,
@@ -2087,14 +2090,17 @@ red_status red_runtime_message(const red_runtime *runtime,
 /**
  * What the runtime did so far, or did.
  *
- * Threads: any, at once. Real time: no. Time: O(1). Errors: those of the handle, RED_STATUS_FORKED.
+ * Threads: any, at once. Real time: no. Time: O(1), but until a start that goes on is over. Errors: those of the
+ * handle, RED_STATUS_FORKED.
  */
-red_status red_runtime_report(const red_runtime *runtime, red_report *report);
+red_status red_runtime_report(const red_runtime *runtime,
+                              red_report *report);
 
 /**
  * Starts the lanes. In real time each lane is pinned, and as long as one is running all memory of the process is locked,
- * what comes later too, and the C library's allocator gives back none; if a right is missing nothing runs, nothing is
- * changed, and red_runtime_message says which and how to get it. No signal handler is installed.
+ * what comes later too, and the C library's allocator gives back none; if a right is missing nothing runs,
+ * red_runtime_message says which and how to get it, and what was changed is changed back, but for a process that had memory
+ * locked before: all of it is locked then. No signal handler is installed; lanes inherit the caller's mask of signals.
  *
  * Threads: any but a body's. Real time: no. Time: until all lanes are ready. Errors: RED_STATUS_NOT_PERMITTED,
  * RED_STATUS_CPUS, RED_STATUS_SYSTEM: after these the runtime can only be closed, and calls that set it up
@@ -2119,7 +2125,7 @@ red_status red_runtime_release(const red_runtime *runtime,
  * red_runtime_wait. Again, or after the end, it changes nothing.
  *
  * Threads: any, at once, also a body or a signal handler. Real time: yes, with one system call. Time: wait-free. Errors:
- * RED_STATUS_IDLE: not started; RED_STATUS_FORKED.
+ * RED_STATUS_IDLE: not started, or red_runtime_start has not come to the lanes yet: then ask again; RED_STATUS_FORKED.
  */
 red_status red_runtime_stop(const red_runtime *runtime);
 

@@ -12,6 +12,7 @@ use nix::unistd::Pid;
 use red_core::{Capacity, Instant, Scheduler, TaskId};
 use red_record::Recorder;
 use red_sync::{Exclusive, Post, Request};
+use std::process;
 use std::sync::PoisonError;
 
 /// What is to be done under the scheduler's lock, once. It gets the scheduler and the time of the run, and leaves what
@@ -185,25 +186,26 @@ static NEXT_PLACE: AtomicUsize = AtomicUsize::new(0);
 thread_local! {
     /// A place of its own for each of the first threads, so that their requests stay in order.
     static OWN_PLACE: usize = NEXT_PLACE.fetch_add(1, Ordering::Relaxed) % PRODUCERS;
-    static IS_NEEDED: Cell<bool> = const { Cell::new(false) };
+    /// The process of which a run needs this thread. A child of `fork` has the thread and not the run.
+    static NEEDED_BY: Cell<Option<u32>> = const { Cell::new(None) };
 }
 
 /// While it lives, the calling thread is one without which a run does not go on, so it waits for no lane.
-pub(crate) struct Needed(bool);
+pub(crate) struct Needed(Option<u32>);
 
 impl Needed {
     pub(crate) fn by_a_run() -> Self {
-        Self(IS_NEEDED.replace(true))
+        Self(NEEDED_BY.replace(Some(process::id())))
     }
 
     fn is_this_thread() -> bool {
-        IS_NEEDED.get()
+        NEEDED_BY.get() == Some(process::id())
     }
 }
 
 impl Drop for Needed {
     fn drop(&mut self) {
-        IS_NEEDED.set(self.0);
+        NEEDED_BY.set(self.0);
     }
 }
 

@@ -4,8 +4,24 @@ use crate::per_process::PerProcess;
 use crate::placement::{choose_cpus, usable_cpus};
 use crate::setup::SetupError;
 use std::collections::BTreeSet;
+use std::sync::MutexGuard;
 
 static HELD: PerProcess<BTreeSet<usize>> = PerProcess::new();
+static CHOOSING: PerProcess<()> = PerProcess::new();
+
+/// While it lives nobody else chooses: from before [`choose_free_cpus`] until a run has what was chosen.
+#[derive(Debug)]
+pub struct Choosing {
+    _alone: MutexGuard<'static, ()>,
+}
+
+impl Choosing {
+    /// Waits for others that choose.
+    #[must_use]
+    pub fn begin() -> Self {
+        Self { _alone: CHOOSING.lock() }
+    }
+}
 
 /// A CPU for each of `lanes` lanes, as [`choose_cpus`] chooses, of those that no other run of this process has.
 ///

@@ -186,7 +186,7 @@ where
         supervision.look();
     }
     let gave_up = supervision.gave_up;
-    let stopped_by = stopper.stopped();
+    let is_in_order = stopper.stopped().is_none() && gave_up.is_none();
     let mut total = LaneFigures::new();
     let mut busy_ns = vec![0; lanes];
     for (lane, figures) in supervision.end() {
@@ -199,7 +199,7 @@ where
         shared.host.with(|held| {
             let (mut host, mut tape) = (held.host.take()?, held.tape.take());
             let scheduler = &mut Recorder::new(scheduler, tape.as_mut());
-            if stopped_by.is_none() && gave_up.is_none() {
+            if is_in_order {
                 // What no lane came to within the bound is told as released, too.
                 // Later than what lanes did meanwhile.
                 let now = Instant::from_nanos(shared.waiting.now());
@@ -237,7 +237,8 @@ where
         counters: shared.scheduler.with(|s, _| s.counters()),
         events_dropped: shared.scheduler.with(|s, _| s.events_dropped()),
         busy_ns,
-        stopped_by,
+        // Also while the last releases were made.
+        stopped_by: stopper.stopped(),
         gave_up,
     };
     host.map(|host| (host, report)).ok_or(NOT_UP)

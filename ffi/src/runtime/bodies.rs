@@ -1,6 +1,7 @@
 #![allow(unsafe_code, reason = "functions that C gives and lanes call")]
 //! Which function runs for which node, and the call.
 
+use super::fork;
 use super::values::{RED_BODY_DONE, RED_BODY_THREW, red_body, red_callback, red_context};
 use crate::values::{RED_ABI_VERSION, RED_NONE};
 use core::cell::Cell;
@@ -14,12 +15,13 @@ use red_sync::SeqLock;
 use std::sync::Arc;
 
 thread_local! {
-    static IS_IN_BODY: Cell<bool> = const { Cell::new(false) };
+    /// The process in which this thread is in a body: a child that a body forks is in none.
+    static IN_BODY: Cell<Option<u32>> = const { Cell::new(None) };
 }
 
 /// Whether the calling thread is in a body, and so must not wait for lanes.
 pub(crate) fn is_in_body() -> bool {
-    IS_IN_BODY.get()
+    IN_BODY.get() == Some(fork::generation())
 }
 
 /// Task, units that were started before, body and `user` of a node.
@@ -107,9 +109,9 @@ impl Handler for Calls {
             wcet_ns: work.wcet_ns,
             stream: ptr::null_mut(),
         };
-        IS_IN_BODY.set(true);
+        IN_BODY.set(Some(fork::generation()));
         let answer = body(user, &raw const context);
-        IS_IN_BODY.set(false);
+        IN_BODY.set(None);
         if answer == RED_BODY_THREW {
             self.bodies.threw.fetch_add(1, Ordering::Relaxed);
         }

@@ -15,7 +15,7 @@ use red_core::{Instant, Scheduler};
 use red_record::class::Large;
 use red_record::{Recorder, Tape, Writer};
 use red_rt::control::{AskError, Control, Errand};
-use red_rt::held_cpus::choose_free_cpus;
+use red_rt::held_cpus::{Choosing, choose_free_cpus};
 use red_rt::report::RunReport;
 use red_rt::runtime::{Mode, Setup, run};
 use red_rt::setup::SetupError;
@@ -205,6 +205,8 @@ impl Engine {
     /// Starts the lanes; returns when they run.
     pub(crate) fn start(&self) -> Result<(), red_status> {
         let mut state = self.state();
+        // Until lanes run: of two that start at once each is given what the other one left.
+        let _choosing = (self.config.mode == red_mode::RealTime as u32).then(Choosing::begin);
         let placed = match &*state {
             State::SetUp(set_up) => self.mode(set_up),
             State::Running | State::Ended(_) => return Err(red_status::Started),

@@ -83,7 +83,8 @@ pub extern "C" fn red_runtime_close(runtime: *mut red_runtime) -> red_status {
 
 /// Where a runtime is: one of red_runtime_state.
 ///
-/// Threads: any, at once. Real time: no. Time: O(1). Errors: those of the handle, RED_STATUS_FORKED.
+/// Threads: any, at once. Real time: no. Time: O(1), but until a start that goes on is over. Errors: those of the
+/// handle, RED_STATUS_FORKED.
 #[unsafe(no_mangle)]
 pub extern "C" fn red_runtime_state_of(runtime: *const red_runtime, state: *mut u32) -> red_status {
     on(runtime, |engine| {
@@ -105,7 +106,8 @@ fn state_of(state: &State) -> red_runtime_state {
 /// Why red_runtime_start was refused, in words, with what to do about it; empty where it was not. Up to `room` bytes into
 /// `text`, with the byte that ends it, and how many it takes into `count`; if they are more than `room`, only that.
 ///
-/// Threads: any, at once. Real time: no. Time: O(length). Errors: RED_STATUS_TOO_SHORT, RED_STATUS_FORKED.
+/// Threads: any, at once. Real time: no. Time: O(length), but until a start that goes on is over. Errors:
+/// RED_STATUS_TOO_SHORT, RED_STATUS_FORKED.
 #[unsafe(no_mangle)]
 pub extern "C" fn red_runtime_message(
     runtime: *const red_runtime,
@@ -123,7 +125,8 @@ pub extern "C" fn red_runtime_message(
 
 /// What the runtime did so far, or did.
 ///
-/// Threads: any, at once. Real time: no. Time: O(1). Errors: those of the handle, RED_STATUS_FORKED.
+/// Threads: any, at once. Real time: no. Time: O(1), but until a start that goes on is over. Errors: those of the
+/// handle, RED_STATUS_FORKED.
 #[unsafe(no_mangle)]
 pub extern "C" fn red_runtime_report(runtime: *const red_runtime, report: *mut red_report) -> red_status {
     on(runtime, |engine| {

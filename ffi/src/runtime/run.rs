@@ -14,8 +14,9 @@ use red_core::TaskId;
 use red_rt::control::Refused;
 
 /// Starts the lanes. In real time each lane is pinned, and as long as one is running all memory of the process is locked,
-/// what comes later too, and the C library's allocator gives back none; if a right is missing nothing runs, nothing is
-/// changed, and red_runtime_message says which and how to get it. No signal handler is installed.
+/// what comes later too, and the C library's allocator gives back none; if a right is missing nothing runs,
+/// red_runtime_message says which and how to get it, and what was changed is changed back, but for a process that had memory
+/// locked before: all of it is locked then. No signal handler is installed; lanes inherit the caller's mask of signals.
 ///
 /// Threads: any but a body's. Real time: no. Time: until all lanes are ready. Errors: RED_STATUS_NOT_PERMITTED,
 /// RED_STATUS_CPUS, RED_STATUS_SYSTEM: after these the runtime can only be closed, and calls that set it up
@@ -52,7 +53,7 @@ pub extern "C" fn red_runtime_release(runtime: *const red_runtime, task: u32, ca
 /// red_runtime_wait. Again, or after the end, it changes nothing.
 ///
 /// Threads: any, at once, also a body or a signal handler. Real time: yes, with one system call. Time: wait-free. Errors:
-/// RED_STATUS_IDLE: not started; RED_STATUS_FORKED.
+/// RED_STATUS_IDLE: not started, or red_runtime_start has not come to the lanes yet: then ask again; RED_STATUS_FORKED.
 #[unsafe(no_mangle)]
 pub extern "C" fn red_runtime_stop(runtime: *const red_runtime) -> red_status {
     on(runtime, |engine| {

@@ -2,6 +2,7 @@
 #define _GNU_SOURCE
 #include "runtime.h"
 
+#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -124,6 +125,41 @@ static void left_over(void) {
 #endif
 }
 
+#ifndef __SANITIZE_ADDRESS__
+/* A body's thread is a lane of the parent's, and none of what the child opens. */
+static void of_a_body(void) {
+    red_runtime own = open_runtime(1);
+    const uint32_t mine = add_task_of(&own, nothing, NULL);
+    CALL(RED_OK, red_runtime_start, &own);
+    red_figures figures = RED_FIGURES_INIT;
+    CALL(RED_OK, red_runtime_figures, &own, &figures);
+    CALL(RED_OK, red_runtime_remove_task, &own, mine);
+    CALL(RED_OK, red_runtime_stop, &own);
+    CALL(RED_OK, red_runtime_wait, &own, RED_NONE_64);
+    CALL(RED_OK, red_runtime_close, &own);
+}
+
+static atomic_int has_forked;
+
+static int forks(void *user, const red_context *context) {
+    (void)user;
+    (void)context;
+    in_child(of_a_body);
+    has_forked = 1;
+    return RED_BODY_DONE;
+}
+
+static void forked_by_a_body(void) {
+    red_runtime parent = open_runtime(1);
+    const uint32_t task_that_forks = add_task_of(&parent, forks, NULL);
+    CALL(RED_OK, red_runtime_every, &parent, task_that_forks, 0, 0);
+    CALL(RED_OK, red_runtime_start, &parent);
+    /* Without a call, which would count itself while the body does. */
+    while (!has_forked) usleep(1000);
+    CALL(RED_OK, red_runtime_close, &parent);
+}
+#endif
+
 static void forked(void) {
     runtime = open_runtime(1);
     task = add_task_of(&runtime, nothing, NULL);
@@ -154,4 +190,7 @@ void test_ends(void) {
     in_child(without_rights);
     in_child(without_threads);
     forked();
+#ifndef __SANITIZE_ADDRESS__
+    forked_by_a_body();
+#endif
 }

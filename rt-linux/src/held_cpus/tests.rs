@@ -1,5 +1,7 @@
-use super::{HeldCpus, choose_free};
+use super::{Choosing, HeldCpus, choose_free};
 use crate::setup::SetupError;
+use std::sync::Barrier;
+use std::thread;
 
 // CPUs that no machine has, so that tests of other files do not meet these.
 
@@ -20,4 +22,28 @@ fn a_cpu_has_lanes_of_one_run_until_that_ends() {
     assert_eq!(choose_free(2, &[2_001, 2_002, 2_003]), Ok(vec![2_001, 2_002]));
     drop(third);
     drop(HeldCpus::hold(&[2_001, 2_002, 2_003]).expect("nobody has them any more"));
+}
+
+#[test]
+fn of_two_that_choose_at_once_each_has_what_the_other_one_left() {
+    let all_have = Barrier::new(2);
+    let choose = || {
+        for _ in 0..20 {
+            let choosing = Choosing::begin();
+            let cpus = choose_free(1, &[3_001, 3_002]);
+            thread::yield_now();
+            let held = cpus.and_then(|cpus| HeldCpus::hold(&cpus));
+            drop(choosing);
+            all_have.wait();
+            // Both at once, or a panic would leave the other one waiting.
+            let has = held.is_ok();
+            drop(held);
+            all_have.wait();
+            assert!(has, "there are two");
+        }
+    };
+    thread::scope(|threads| {
+        threads.spawn(choose);
+        choose();
+    });
 }
