@@ -2122,10 +2122,11 @@ red_status red_runtime_release(const red_runtime *runtime,
 
 /**
  * Asks the lanes to end: nothing is released any more, no lane takes another unit, bodies that run are waited for by
- * red_runtime_wait. Again, or after the end, it changes nothing.
+ * red_runtime_wait. Where red_runtime_start is on its way, its lanes end before they begin anything. Again, or after the
+ * end, it changes nothing.
  *
  * Threads: any, at once, also a body or a signal handler. Real time: yes, with one system call. Time: wait-free. Errors:
- * RED_STATUS_IDLE: not started, or red_runtime_start has not come to the lanes yet: then ask again; RED_STATUS_FORKED.
+ * RED_STATUS_IDLE: red_runtime_start was not called, or was refused; RED_STATUS_FORKED.
  */
 red_status red_runtime_stop(const red_runtime *runtime);
 

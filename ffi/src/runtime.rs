@@ -6,6 +6,7 @@
 //! | `bodies` | which function runs for which node, and the call |
 //! | `notes` | jobs that ended and events, until somebody takes them |
 //! | `engine` | a runtime: being set up, running, ended |
+//! | `lanes` | its lanes, and a stop that comes before they do |
 //! | `called` | the runtime of a handle, as long as calls on it last |
 //! | `open`, `set_up`, `tasks`, `run` | the functions of the header |
 //! | `fork` | a child of `fork` has none of our threads |
@@ -14,6 +15,7 @@ mod bodies;
 mod called;
 mod engine;
 pub(crate) mod fork;
+mod lanes;
 mod notes;
 mod open;
 mod report;

@@ -5,6 +5,7 @@
 
 use super::bodies::{Bodies, Calls, is_in_body};
 use super::called;
+use super::lanes::Lanes;
 use super::notes::{Notes, Teller};
 use super::report::red_report;
 use super::text;
@@ -66,8 +67,8 @@ pub(crate) enum State {
 
 /// What a thread of the run leaves.
 struct Shared {
-    /// The running lanes. Set before any of them calls a body, which may release and stop.
-    control: OnceLock<Arc<dyn Control<Large>>>,
+    /// There before any of them calls a body, which may release and stop.
+    lanes: Lanes<Large>,
     state: Mutex<State>,
     ended: Condvar,
 }
@@ -99,7 +100,7 @@ impl Engine {
             notes: Notes::new(),
             bodies: Bodies::new(),
             shared: Arc::new(Shared {
-                control: OnceLock::new(),
+                lanes: Lanes::new(),
                 state: Mutex::new(State::SetUp(Box::new(set_up))),
                 ended: Condvar::new(),
             }),
@@ -116,7 +117,7 @@ impl Engine {
         loop {
             // Before the end is looked at: who was inside may have started it, and nobody else can.
             let is_alone = called.is_alone();
-            called.stop();
+            let _idle = called.stop();
             if called.wait(Some(MOMENT)) != Err(red_status::Timeout) && is_alone {
                 break;
             }
@@ -149,12 +150,12 @@ impl Engine {
         &self,
         call: impl FnOnce(&mut SetUp) -> Result<R, red_status>,
     ) -> Result<R, red_status> {
-        if self.shared.control.get().is_some() { Err(red_status::Started) } else { self.set_up(call) }
+        if self.shared.lanes.get().is_some() { Err(red_status::Started) } else { self.set_up(call) }
     }
 
     /// The running lanes.
     pub(crate) fn control(&self) -> Result<&dyn Control<Large>, red_status> {
-        self.shared.control.get().map(AsRef::as_ref).ok_or(red_status::Idle)
+        self.shared.lanes.get().ok_or(red_status::Idle)
     }
 
     /// Has something done by the next lane, under the scheduler's lock.
@@ -205,29 +206,36 @@ impl Engine {
     /// Starts the lanes; returns when they run.
     pub(crate) fn start(&self) -> Result<(), red_status> {
         let mut state = self.state();
-        // Until lanes run: of two that start at once each is given what the other one left.
-        let _choosing = (self.config.mode == red_mode::RealTime as u32).then(Choosing::begin);
-        let placed = match &*state {
-            State::SetUp(set_up) => self.mode(set_up),
+        match &*state {
+            State::SetUp(_) => {}
             State::Running | State::Ended(_) => return Err(red_status::Started),
             State::Failed(status, _) => return Err(*status),
-        };
-        let mode = placed.map_err(|error| failed(&mut state, &error))?;
+        }
+        self.shared.lanes.begin();
+        let started = self.start_lanes(&mut state);
+        if started.is_err() {
+            self.shared.lanes.fail();
+        }
+        started
+    }
+
+    fn start_lanes(&self, state: &mut State) -> Result<(), red_status> {
+        // Until lanes run: of two that start at once each is given what the other one left.
+        let _choosing = (self.config.mode == red_mode::RealTime as u32).then(Choosing::begin);
         let State::SetUp(set_up) =
-            core::mem::replace(&mut *state, State::Failed(red_status::Internal, String::new()))
+            core::mem::replace(state, State::Failed(red_status::Internal, String::new()))
         else {
             return Err(red_status::Internal);
         };
+        let mode = self.mode(&set_up).map_err(|error| failed(state, &error))?;
         let (tell, told) = channel();
         let (setup, writer) = self.setup(*set_up, mode);
         let (notes, shared) = (self.notes.clone(), self.shared.clone());
         let run = move || run_to_the_end(setup, writer, notes, &shared, &tell);
         let thread = thread::Builder::new().name("red-run".to_owned()).stack_size(STACK).spawn(run);
         let Ok(thread) = thread else {
-            *state = State::Failed(
-                red_status::System,
-                "no thread can be started; fix: raise ulimit -u".to_owned(),
-            );
+            let fix = "no thread can be started; fix: raise ulimit -u";
+            *state = State::Failed(red_status::System, fix.to_owned());
             return Err(red_status::System);
         };
         match told.recv() {
@@ -237,7 +245,7 @@ impl Engine {
             }
             Ok(Err(error)) => {
                 let _ended = thread.join();
-                Err(failed(&mut state, &error))
+                Err(failed(state, &error))
             }
             Err(_) => Err(red_status::Internal),
         }
@@ -274,10 +282,8 @@ impl Engine {
     }
 
     /// Asks the lanes to end; any thread, also a body or a signal handler.
-    pub(crate) fn stop(&self) {
-        if let Some(control) = self.shared.control.get() {
-            control.stop();
-        }
+    pub(crate) fn stop(&self) -> Result<(), red_status> {
+        if self.shared.lanes.stop() { Ok(()) } else { Err(red_status::Idle) }
     }
 
     /// Waits for the end, at most so long.
@@ -316,7 +322,7 @@ fn run_to_the_end(
     let origin = notes.clone();
     let started = |control: Arc<dyn Control<Large>>| {
         origin.origin_ns.store(control.origin_ns(), core::sync::atomic::Ordering::Relaxed);
-        let _first = shared.control.set(control);
+        shared.lanes.come(control);
         let _told = tell.send(Ok(()));
     };
     let ran: Result<RunReport, SetupError> =
@@ -328,7 +334,7 @@ fn run_to_the_end(
     });
     let ran = match ran {
         // Who started it listens until lanes run.
-        Err(error) if shared.control.get().is_none() => {
+        Err(error) if shared.lanes.get().is_none() => {
             let _told = tell.send(Err(error));
             return;
         }

@@ -121,6 +121,23 @@ void while_others_start_and_close() {
     }
 }
 
+/// A stop that comes before the lanes do is kept for them.
+void while_another_starts() {
+    for (int i = 0; i < 20; i++) {
+        const auto nothing = [] {};
+        auto runtime = opened(1);
+        CHECK(runtime.every(task_of(runtime, nothing), 0ms, 1ms).ok());
+        red_runtime copy = runtime.c();
+        red_status started = RED_OK;
+        std::thread starts([&] { started = red_runtime_start(&copy); });
+        for (auto said = runtime.stop(); !said.ok(); said = runtime.stop()) {
+            CHECK(ended(said, RED_STATUS_IDLE));
+        }
+        starts.join();
+        CHECK(started == RED_OK && ended(runtime.wait(), RED_OK) && runtime.report()->ending()->stopped());
+    }
+}
+
 /// Whatever the period is, as one that was meant in seconds.
 void with_more_releases_than_any_lane_can_make() {
     std::atomic<int> ran = 0;
@@ -140,6 +157,7 @@ int main() {
     by_the_destructor();
     while_others_call();
     while_others_start_and_close();
+    while_another_starts();
     with_more_releases_than_any_lane_can_make();
     return check_end("stops");
 }
