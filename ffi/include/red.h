@@ -335,6 +335,10 @@ enum red_status
    * The log cannot be written there.
    */
   RED_STATUS_LOG_FILE = 94,
+  /**
+   * The process has no memory left: nothing was done, free some and try again.
+   */
+  RED_STATUS_NO_MEMORY = 95,
 };
 #ifndef __cplusplus
 typedef int32_t red_status;
@@ -1412,7 +1416,8 @@ typedef struct {
 } red_runtime;
 
 /**
- * What a runtime did. What is marked "at the end" is RED_NONE_64, or 0 where it is of 32 bits, while it runs.
+ * What a runtime did. What is marked "at the end" is RED_NONE_64, or 0 where it is of 32 bits, before the end, and where there was
+ * no run.
  */
 typedef struct {
   /**
@@ -1440,7 +1445,8 @@ typedef struct {
    */
   uint32_t stopped;
   /**
-   * Jobs released. Those that are neither on time nor missed at the end were in flight when it was stopped.
+   * Jobs released. Those that are neither on time nor missed at the end were in flight when it was stopped
+   * or drain_ns ran out.
    */
   uint64_t released;
   /**
@@ -1719,7 +1725,7 @@ red_status red_dag_close(red_dag *dag);
  *
  * Threads: one at a time on a graph. Real time: yes. Time: O(nodes). Errors: RED_STATUS_NODES_FULL,
  * RED_STATUS_WORK_OVERFLOW, RED_STATUS_OUT_OF_RANGE: role, atomic, weights or frame, or contention without atomic,
- * RED_STATUS_UNKNOWN_POOL: the class has none of this number, RED_STATUS_UNKNOWN_SENSOR: a number above 255; whether the
+ * RED_STATUS_UNKNOWN_POOL: the class has none of this number, RED_STATUS_UNKNOWN_SENSOR: an encoder's, above 255; whether the
  * scheduler has them is for it to say.
  */
 red_status red_dag_add_node(red_dag *dag,
@@ -1735,7 +1741,8 @@ red_status red_dag_add_node(red_dag *dag,
 red_status red_dag_add_edge(red_dag *dag, uint32_t from, uint32_t to);
 
 /**
- * Removes a node and its edges. Other nodes keep their numbers.
+ * Removes a node and its edges. Other nodes keep their numbers. In an edit its number is given again after the commit only,
+ * as jobs in flight may have it.
  *
  * Threads: one at a time on a graph. Real time: yes. Time: O(nodes). Errors: RED_STATUS_UNKNOWN_NODE.
  */
@@ -1956,7 +1963,7 @@ red_status red_scheduler_restore_lane(red_scheduler *scheduler,
  * Part of libred, not of libred_core.
  *
  * Threads: one at a time on a scheduler. Real time: no. Time: one file is created. Errors: RED_STATUS_TEXT,
- * RED_STATUS_LOG_LATE, RED_STATUS_LOG_FILE.
+ * RED_STATUS_LOG_LATE, RED_STATUS_LOG_FILE, RED_STATUS_NO_MEMORY.
  */
 red_status red_record_begin(red_scheduler *scheduler,
                             const char *path);
@@ -2047,10 +2054,11 @@ red_status red_scheduler_take_events(red_scheduler *scheduler,
 
 /**
  * Opens a runtime: a scheduler of 16 tasks of 256 nodes and 64 jobs in flight, and lanes for it once it is started. Takes about
- * 2 MiB of memory.
+ * 2 MiB of memory, and as much again when it is started.
  *
  * Threads: any, at once. Real time: no. Time: O(memory). Errors: RED_STATUS_OUT_OF_RANGE: a field of a configuration,
- * RED_STATUS_NO_LANE, RED_STATUS_POOLS_FULL: more than 32 lanes, RED_STATUS_PREEMPTS, RED_STATUS_TOO_MANY_OPEN.
+ * RED_STATUS_NO_LANE, RED_STATUS_POOLS_FULL: more than 32 lanes, RED_STATUS_PREEMPTS, RED_STATUS_TOO_MANY_OPEN,
+ * RED_STATUS_NO_MEMORY.
  */
 red_status red_runtime_open(const red_config *policy,
                             const red_runtime_config *config,
@@ -2103,8 +2111,8 @@ red_status red_runtime_report(const red_runtime *runtime,
  * locked before: all of it is locked then. No signal handler is installed; lanes inherit the caller's mask of signals.
  *
  * Threads: any but a body's. Real time: no. Time: until all lanes are ready. Errors: RED_STATUS_NOT_PERMITTED,
- * RED_STATUS_CPUS, RED_STATUS_SYSTEM: after these the runtime can only be closed, and calls that set it up
- * answer the same; RED_STATUS_STARTED, RED_STATUS_FORKED.
+ * RED_STATUS_CPUS, RED_STATUS_SYSTEM: after these the runtime can only be closed, and calls that set it up or look at its
+ * tasks answer the same; RED_STATUS_STARTED, RED_STATUS_FORKED, RED_STATUS_NO_MEMORY; RED_STATUS_BUSY: from a body.
  */
 red_status red_runtime_start(red_runtime *runtime);
 
@@ -2144,14 +2152,15 @@ red_status red_runtime_wait(const red_runtime *runtime,
  * Counters and figures of the scheduler while lanes run, or before.
  *
  * Threads: any but a body's, at once. Real time: no. Time: until a lane has a turn. Errors: RED_STATUS_BUSY: from a body;
- * RED_STATUS_OVER: red_runtime_report has what is known at the end; RED_STATUS_FORKED.
+ * RED_STATUS_OVER: red_runtime_report has what is known at the end; RED_STATUS_FORKED, RED_STATUS_NO_MEMORY.
  */
 red_status red_runtime_figures(red_runtime *runtime,
                                red_figures *now);
 
 /**
  * Takes the oldest outcomes of jobs that ended: up to `room` into `outcomes`, and how many into `count`. 1,024 are kept; what
- * finds no room is counted in red_report: outcomes_dropped. Times are of CLOCK_MONOTONIC.
+ * finds no room is counted in red_report: outcomes_dropped. A release for which 64 jobs in flight left no room became no job
+ * and has no outcome; red_report counts it as released, missed and shed. Times are of CLOCK_MONOTONIC.
  *
  * Threads: one at a time. Real time: yes. Time: O(room). Errors: those of the handle, RED_STATUS_FORKED.
  */
@@ -2199,7 +2208,7 @@ red_status red_runtime_add_sensor(red_runtime *runtime,
  * chosen, CPU 0 last. Before the start only.
  *
  * Threads: any, at once. Real time: no. Time: O(count). Errors: RED_STATUS_TOO_LONG: more than 32,
- * RED_STATUS_OUT_OF_RANGE: CPU 1024 and above, RED_STATUS_STARTED, RED_STATUS_FORKED.
+ * RED_STATUS_OUT_OF_RANGE: CPU 1024 and above, RED_STATUS_STARTED, RED_STATUS_FORKED, RED_STATUS_NO_MEMORY.
  */
 red_status red_runtime_pin(red_runtime *runtime,
                            const uint32_t *cpus,
@@ -2210,7 +2219,7 @@ red_status red_runtime_pin(red_runtime *runtime,
  * the start only.
  *
  * Threads: any, at once. Real time: no. Time: O(1). Errors: RED_STATUS_UNKNOWN_TASK, RED_STATUS_STARTED,
- * RED_STATUS_FORKED.
+ * RED_STATUS_FORKED, RED_STATUS_NO_MEMORY.
  */
 red_status red_runtime_every(red_runtime *runtime,
                              uint32_t task,
@@ -2222,7 +2231,7 @@ red_status red_runtime_every(red_runtime *runtime,
  * else is set up.
  *
  * Threads: any, at once. Real time: no. Time: one file is created. Errors: RED_STATUS_TEXT, RED_STATUS_LOG_LATE,
- * RED_STATUS_LOG_FILE, RED_STATUS_STARTED, RED_STATUS_FORKED.
+ * RED_STATUS_LOG_FILE, RED_STATUS_STARTED, RED_STATUS_FORKED, RED_STATUS_NO_MEMORY.
  */
 red_status red_runtime_record(red_runtime *runtime,
                               const char *path);
@@ -2241,7 +2250,8 @@ red_status red_runtime_now(uint64_t *now_ns);
  * RED_STATUS_TASKS_FULL, RED_STATUS_EMPTY_GRAPH, RED_STATUS_DEADLINE, RED_STATUS_UNKNOWN_POOL,
  * RED_STATUS_UNKNOWN_SENSOR, RED_STATUS_MEMORY, RED_STATUS_UNSCHEDULABLE, RED_STATUS_OTHER_CLASS,
  * RED_STATUS_OUT_OF_RANGE: floor_keep above floor_of; RED_STATUS_NO_BODY; RED_STATUS_UNKNOWN_NODE: a body for no node, or
- * two for one; RED_STATUS_BUSY: from a body; RED_STATUS_OVER, RED_STATUS_FORKED.
+ * two for one; RED_STATUS_BUSY: from a body; RED_STATUS_OVER, RED_STATUS_FORKED,
+ * RED_STATUS_NO_MEMORY.
  */
 red_status red_runtime_add_task(red_runtime *runtime,
                                 const red_dag *dag,
@@ -2254,7 +2264,8 @@ red_status red_runtime_add_task(red_runtime *runtime,
  * Removes a task; its jobs in flight are given up with the reason RED_SHED_REMOVED. Bodies that run go on to their ends.
  *
  * Threads: any but a body's, at once. Real time: no. Time: until a lane has a turn. Errors: RED_STATUS_UNKNOWN_TASK,
- * RED_STATUS_BUSY: from a body; RED_STATUS_OVER, RED_STATUS_FORKED.
+ * RED_STATUS_BUSY: from a body; RED_STATUS_OVER, RED_STATUS_FORKED,
+ * RED_STATUS_NO_MEMORY.
  */
 red_status red_runtime_remove_task(red_runtime *runtime,
                                    uint32_t task);
@@ -2263,7 +2274,8 @@ red_status red_runtime_remove_task(red_runtime *runtime,
  * The bound on the response time of the task's newest graph, alone on its pools.
  *
  * Threads: any but a body's, at once. Real time: no. Time: until a lane has a turn. Errors: RED_STATUS_UNKNOWN_TASK,
- * RED_STATUS_BUSY: from a body; RED_STATUS_OVER, RED_STATUS_FORKED.
+ * RED_STATUS_BUSY: from a body; RED_STATUS_OVER, RED_STATUS_FORKED,
+ * RED_STATUS_NO_MEMORY.
  */
 red_status red_runtime_certificate(red_runtime *runtime,
                                    uint32_t task,
@@ -2275,7 +2287,8 @@ red_status red_runtime_certificate(red_runtime *runtime,
  *
  * Threads: any but a body's, at once. Real time: no. Time: until a lane has a turn. Errors: RED_STATUS_UNKNOWN_TASK,
  * RED_STATUS_TOO_SHORT, RED_STATUS_MISALIGNED, RED_STATUS_OVERLAP, RED_STATUS_TOO_MANY_OPEN, RED_STATUS_BUSY: from a
- * body; RED_STATUS_OVER, RED_STATUS_FORKED.
+ * body; RED_STATUS_OVER, RED_STATUS_FORKED,
+ * RED_STATUS_NO_MEMORY.
  */
 red_status red_runtime_edit(red_runtime *runtime,
                             uint32_t task,
@@ -2292,7 +2305,8 @@ red_status red_runtime_edit(red_runtime *runtime,
  * RED_STATUS_UNKNOWN_TASK, RED_STATUS_CONFLICT, RED_STATUS_DRAINING, RED_STATUS_EMPTY_GRAPH, RED_STATUS_UNKNOWN_POOL,
  * RED_STATUS_UNKNOWN_SENSOR, RED_STATUS_MEMORY, RED_STATUS_UNSCHEDULABLE, RED_STATUS_OTHER_CLASS, RED_STATUS_NO_BODY,
  * RED_STATUS_HAS_BODY, RED_STATUS_UNKNOWN_NODE: a body for no node, or two for one; RED_STATUS_BUSY: from a body;
- * RED_STATUS_OVER, RED_STATUS_FORKED.
+ * RED_STATUS_OVER, RED_STATUS_FORKED,
+ * RED_STATUS_NO_MEMORY.
  */
 red_status red_runtime_commit(red_runtime *runtime,
                               const red_dag *dag,

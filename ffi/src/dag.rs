@@ -97,7 +97,7 @@ pub extern "C" fn red_dag_close(dag: *mut red_dag) -> red_status {
 ///
 /// Threads: one at a time on a graph. Real time: yes. Time: O(nodes). Errors: RED_STATUS_NODES_FULL,
 /// RED_STATUS_WORK_OVERFLOW, RED_STATUS_OUT_OF_RANGE: role, atomic, weights or frame, or contention without atomic,
-/// RED_STATUS_UNKNOWN_POOL: the class has none of this number, RED_STATUS_UNKNOWN_SENSOR: a number above 255; whether the
+/// RED_STATUS_UNKNOWN_POOL: the class has none of this number, RED_STATUS_UNKNOWN_SENSOR: an encoder's, above 255; whether the
 /// scheduler has them is for it to say.
 #[unsafe(no_mangle)]
 pub extern "C" fn red_dag_add_node(dag: *mut red_dag, node: *const red_node, number: *mut u32) -> red_status {
@@ -117,7 +117,8 @@ pub extern "C" fn red_dag_add_edge(dag: *mut red_dag, from: u32, to: u32) -> red
     change(dag, |graph| Ok(status(graph.add_edge(node_id(from)?, node_id(to)?), drop)))
 }
 
-/// Removes a node and its edges. Other nodes keep their numbers.
+/// Removes a node and its edges. Other nodes keep their numbers. In an edit its number is given again after the commit only,
+/// as jobs in flight may have it.
 ///
 /// Threads: one at a time on a graph. Real time: yes. Time: O(nodes). Errors: RED_STATUS_UNKNOWN_NODE.
 #[unsafe(no_mangle)]

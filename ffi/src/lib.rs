@@ -10,7 +10,7 @@
 //! | `dag`, `dag_look` | graphs |
 //! | `scheduler`, `tasks`, `job`, `look` | the scheduler: open, tasks, the loop, what a host may ask |
 //! | `machine`, `graph` | a scheduler, a graph of any class |
-//! | `runtime`, `log` | lanes as threads of ours, and logs; not part of the core's library |
+//! | `runtime`, `log`, `room` | lanes as threads of ours, logs, memory that the system gives; not part of the core's library |
 //!
 //! An entry converts what came in, makes one call, and converts what goes out. Outputs are looked at before the call
 //! and written after it, only when it succeeds.
@@ -42,6 +42,8 @@ mod node;
 #[cfg(not(any(feature = "runtime", test)))]
 mod panic;
 mod proof;
+#[cfg(feature = "runtime")]
+mod room;
 #[cfg(feature = "runtime")]
 mod runtime;
 mod scheduler;

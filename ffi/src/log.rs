@@ -3,6 +3,7 @@
 
 use crate::boundary::Out;
 use crate::machine::Host;
+use crate::room::{OF_A_LOG, room};
 use crate::runtime::{fork, text};
 use crate::scheduler::change;
 use crate::status::red_status;
@@ -100,10 +101,11 @@ impl Log {
 /// Part of libred, not of libred_core.
 ///
 /// Threads: one at a time on a scheduler. Real time: no. Time: one file is created. Errors: RED_STATUS_TEXT,
-/// RED_STATUS_LOG_LATE, RED_STATUS_LOG_FILE.
+/// RED_STATUS_LOG_LATE, RED_STATUS_LOG_FILE, RED_STATUS_NO_MEMORY.
 #[unsafe(no_mangle)]
 pub extern "C" fn red_record_begin(scheduler: *mut red_scheduler, path: *const c_char) -> red_status {
     change(scheduler, |machine| {
+        room(OF_A_LOG)?;
         machine.begin_log(&text::take(path)?)?;
         Ok(red_status::Ok)
     })

@@ -134,6 +134,8 @@ pub enum red_status {
     LogLate = 93,
     /// The log cannot be written there.
     LogFile = 94,
+    /// The process has no memory left: nothing was done, free some and try again.
+    NoMemory = 95,
 }
 
 impl red_status {
@@ -200,6 +202,7 @@ impl red_status {
         Self::Text,
         Self::LogLate,
         Self::LogFile,
+        Self::NoMemory,
     ];
 
     /// In words, with what to do about it.
@@ -267,6 +270,7 @@ impl red_status {
             Self::Text => c"a text is empty, not UTF-8, or not ended within 4,096 bytes",
             Self::LogLate => c"something was set up already: begin the log before",
             Self::LogFile => c"the log cannot be written there",
+            Self::NoMemory => c"the process has no memory left: nothing was done, free some and try again",
         }
     }
 }

@@ -215,7 +215,11 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
             }
         }
         let jobs = scheduler.jobs_in_flight();
-        shared.drained.store(is_closed && jobs == 0 && timeline.is_over(now.as_nanos()), Ordering::Relaxed);
+        let is_drained = is_closed && jobs == 0 && timeline.is_over(now.as_nanos());
+        if !shared.drained.swap(is_drained, Ordering::Relaxed) && is_drained {
+            // The control thread ends the run.
+            shared.stopper.bell().ring();
+        }
         let wake =
             [timeline.wake_at(now.as_nanos()), host.next_at(), scheduler.poll_at().map(Instant::as_nanos)];
         let wake = wake.into_iter().flatten().min().unwrap_or(u64::MAX);

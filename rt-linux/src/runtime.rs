@@ -175,9 +175,10 @@ where
     started(shared.clone());
 
     let mut supervision = Supervision::new(shared.clone(), starter, starting);
+    let last_ns = shared.waiting.origin_ns.saturating_add(duration_ns).saturating_add(drain_ns);
     let (mut now, mut is_over) = (0, false);
     while stopper.stopped().is_none() && supervision.gave_up.is_none() && !is_over {
-        let _woken = stopper.bell().wait(Some(now_ns() + PROGRESS_NS), 0);
+        let _woken = stopper.bell().wait(Some(last_ns.min(now_ns() + PROGRESS_NS)), 0);
         // Before the clock, so that all of it is over at `now`.
         let is_drained = shared.drained.load(Ordering::Relaxed);
         now = shared.waiting.now();

@@ -205,6 +205,9 @@ impl Engine {
 
     /// Starts the lanes; returns when they run.
     pub(crate) fn start(&self) -> Result<(), red_status> {
+        if is_in_body() {
+            return Err(red_status::Busy);
+        }
         let mut state = self.state();
         match &*state {
             State::SetUp(_) => {}

@@ -7,6 +7,7 @@ use super::report::red_report;
 use super::values::{red_mode, red_runtime, red_runtime_config, red_runtime_state};
 use crate::boundary::{Out, OutGrowing, Room, take, take_growing};
 use crate::config::red_config;
+use crate::room::{OF_A_CALL, room};
 use crate::status::{flat, red_status};
 use core::ffi::c_char;
 use core::panic::AssertUnwindSafe;
@@ -15,12 +16,26 @@ use red_core::{Config, Scheduler};
 use red_record::class::Large;
 use std::panic::catch_unwind;
 
+/// What a runtime takes, and once more what its lanes share.
+pub(super) const OF_A_RUNTIME: usize = 2 << 20;
+
 /// Makes a call on a runtime. A panic of ours ends here.
 pub(super) fn on(
     runtime: *const red_runtime,
     call: impl FnOnce(&Engine) -> Result<red_status, red_status>,
 ) -> red_status {
     guarded(|| call(&*engine(take(runtime)?.bits)?))
+}
+
+/// The same of a call that takes memory of the system.
+pub(super) fn with_room(
+    runtime: *const red_runtime,
+    call: impl FnOnce(&Engine) -> Result<red_status, red_status>,
+) -> red_status {
+    on(runtime, |engine| {
+        room(OF_A_CALL)?;
+        call(engine)
+    })
 }
 
 fn guarded(call: impl FnOnce() -> Result<red_status, red_status>) -> red_status {
@@ -35,10 +50,11 @@ fn scheduler(config: Config) -> Box<Scheduler<Large>> {
 }
 
 /// Opens a runtime: a scheduler of 16 tasks of 256 nodes and 64 jobs in flight, and lanes for it once it is started. Takes about
-/// 2 MiB of memory.
+/// 2 MiB of memory, and as much again when it is started.
 ///
 /// Threads: any, at once. Real time: no. Time: O(memory). Errors: RED_STATUS_OUT_OF_RANGE: a field of a configuration,
-/// RED_STATUS_NO_LANE, RED_STATUS_POOLS_FULL: more than 32 lanes, RED_STATUS_PREEMPTS, RED_STATUS_TOO_MANY_OPEN.
+/// RED_STATUS_NO_LANE, RED_STATUS_POOLS_FULL: more than 32 lanes, RED_STATUS_PREEMPTS, RED_STATUS_TOO_MANY_OPEN,
+/// RED_STATUS_NO_MEMORY.
 #[unsafe(no_mangle)]
 pub extern "C" fn red_runtime_open(
     policy: *const red_config,
@@ -60,6 +76,7 @@ pub extern "C" fn red_runtime_open(
             1..=32 => {}
             _ => return Err(red_status::PoolsFull),
         }
+        room(OF_A_RUNTIME)?;
         out.put(red_runtime { bits: Engine::open(config, scheduler(policy))? });
         Ok(red_status::Ok)
     })

@@ -19,7 +19,8 @@ pub enum red_surrender {
     Other = 3,
 }
 
-/// What a runtime did. What is marked "at the end" is RED_NONE_64, or 0 where it is of 32 bits, while it runs.
+/// What a runtime did. What is marked "at the end" is RED_NONE_64, or 0 where it is of 32 bits, before the end, and where there was
+/// no run.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct red_report {
@@ -35,7 +36,8 @@ pub struct red_report {
     pub surrender: u32,
     /// At the end. 1: red_runtime_stop ended it. 0: its duration did, or it itself.
     pub stopped: u32,
-    /// Jobs released. Those that are neither on time nor missed at the end were in flight when it was stopped.
+    /// Jobs released. Those that are neither on time nor missed at the end were in flight when it was stopped
+    /// or drain_ns ran out.
     pub released: u64,
     /// Jobs that completed by their deadlines.
     pub on_time: u64,

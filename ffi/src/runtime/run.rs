@@ -1,12 +1,13 @@
 #![allow(unsafe_code, reason = "names of C")]
 //! A runtime that runs: started, released to, asked, stopped.
 
-use super::open::on;
+use super::open::{OF_A_RUNTIME, on, with_room};
 use super::values::red_runtime;
 use crate::action::red_outcome;
 use crate::boundary::{OutGrowing, Room};
 use crate::event::{red_event, red_figures};
 use crate::machine::figures;
+use crate::room::room;
 use crate::status::red_status;
 use crate::values::RED_NONE_64;
 use core::time::Duration;
@@ -19,11 +20,12 @@ use red_rt::control::Refused;
 /// locked before: all of it is locked then. No signal handler is installed; lanes inherit the caller's mask of signals.
 ///
 /// Threads: any but a body's. Real time: no. Time: until all lanes are ready. Errors: RED_STATUS_NOT_PERMITTED,
-/// RED_STATUS_CPUS, RED_STATUS_SYSTEM: after these the runtime can only be closed, and calls that set it up
-/// answer the same; RED_STATUS_STARTED, RED_STATUS_FORKED.
+/// RED_STATUS_CPUS, RED_STATUS_SYSTEM: after these the runtime can only be closed, and calls that set it up or look at its
+/// tasks answer the same; RED_STATUS_STARTED, RED_STATUS_FORKED, RED_STATUS_NO_MEMORY; RED_STATUS_BUSY: from a body.
 #[unsafe(no_mangle)]
 pub extern "C" fn red_runtime_start(runtime: *mut red_runtime) -> red_status {
     on(runtime, |engine| {
+        room(OF_A_RUNTIME)?;
         engine.start()?;
         Ok(red_status::Ok)
     })
@@ -79,10 +81,10 @@ pub extern "C" fn red_runtime_wait(runtime: *const red_runtime, timeout_ns: u64)
 /// Counters and figures of the scheduler while lanes run, or before.
 ///
 /// Threads: any but a body's, at once. Real time: no. Time: until a lane has a turn. Errors: RED_STATUS_BUSY: from a body;
-/// RED_STATUS_OVER: red_runtime_report has what is known at the end; RED_STATUS_FORKED.
+/// RED_STATUS_OVER: red_runtime_report has what is known at the end; RED_STATUS_FORKED, RED_STATUS_NO_MEMORY.
 #[unsafe(no_mangle)]
 pub extern "C" fn red_runtime_figures(runtime: *mut red_runtime, now: *mut red_figures) -> red_status {
-    on(runtime, |engine| {
+    with_room(runtime, |engine| {
         let out = OutGrowing::of(now)?;
         out.put(engine.look(figures)?);
         Ok(red_status::Ok)
@@ -90,7 +92,8 @@ pub extern "C" fn red_runtime_figures(runtime: *mut red_runtime, now: *mut red_f
 }
 
 /// Takes the oldest outcomes of jobs that ended: up to `room` into `outcomes`, and how many into `count`. 1,024 are kept; what
-/// finds no room is counted in red_report: outcomes_dropped. Times are of CLOCK_MONOTONIC.
+/// finds no room is counted in red_report: outcomes_dropped. A release for which 64 jobs in flight left no room became no job
+/// and has no outcome; red_report counts it as released, missed and shed. Times are of CLOCK_MONOTONIC.
 ///
 /// Threads: one at a time. Real time: yes. Time: O(room). Errors: those of the handle, RED_STATUS_FORKED.
 #[unsafe(no_mangle)]

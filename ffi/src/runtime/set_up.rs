@@ -1,11 +1,12 @@
 #![allow(unsafe_code, reason = "names of C")]
 //! What a runtime is before it starts: pools, sensors, CPUs, releases by the clock, a log.
 
-use super::open::on;
+use super::open::{on, with_room};
 use super::text;
 use super::values::{red_mode, red_runtime};
 use crate::boundary::{Array, Out};
 use crate::config;
+use crate::room::{OF_A_LOG, room};
 use crate::status::{flat, red_status, status};
 use core::ffi::c_char;
 use red_core::{Duration, TaskId};
@@ -63,10 +64,10 @@ pub extern "C" fn red_runtime_add_sensor(
 /// chosen, CPU 0 last. Before the start only.
 ///
 /// Threads: any, at once. Real time: no. Time: O(count). Errors: RED_STATUS_TOO_LONG: more than 32,
-/// RED_STATUS_OUT_OF_RANGE: CPU 1024 and above, RED_STATUS_STARTED, RED_STATUS_FORKED.
+/// RED_STATUS_OUT_OF_RANGE: CPU 1024 and above, RED_STATUS_STARTED, RED_STATUS_FORKED, RED_STATUS_NO_MEMORY.
 #[unsafe(no_mangle)]
 pub extern "C" fn red_runtime_pin(runtime: *mut red_runtime, cpus: *const u32, count: usize) -> red_status {
-    on(runtime, |engine| {
+    with_room(runtime, |engine| {
         let given = Array::of(cpus, count, MOST_CPUS)?;
         if given.iter().any(|cpu| cpu >= 1024) {
             return Err(red_status::OutOfRange);
@@ -82,7 +83,7 @@ pub extern "C" fn red_runtime_pin(runtime: *mut red_runtime, cpus: *const u32, c
 /// the start only.
 ///
 /// Threads: any, at once. Real time: no. Time: O(1). Errors: RED_STATUS_UNKNOWN_TASK, RED_STATUS_STARTED,
-/// RED_STATUS_FORKED.
+/// RED_STATUS_FORKED, RED_STATUS_NO_MEMORY.
 #[unsafe(no_mangle)]
 pub extern "C" fn red_runtime_every(
     runtime: *mut red_runtime,
@@ -90,11 +91,12 @@ pub extern "C" fn red_runtime_every(
     first_ns: u64,
     period_ns: u64,
 ) -> red_status {
-    on(runtime, |engine| {
+    with_room(runtime, |engine| {
         engine.set_up(|set_up| {
             let task = TaskId::from_bits(task);
             let _there = set_up.scheduler.certificate(task).ok_or(red_status::UnknownTask)?;
             let period_ns = (period_ns > 0).then_some(period_ns);
+            set_up.releases.try_reserve(1).map_err(|_| red_status::NoMemory)?;
             set_up.releases.push(Releases { task, first_ns, period_ns });
             Ok(red_status::Ok)
         })
@@ -105,10 +107,11 @@ pub extern "C" fn red_runtime_every(
 /// else is set up.
 ///
 /// Threads: any, at once. Real time: no. Time: one file is created. Errors: RED_STATUS_TEXT, RED_STATUS_LOG_LATE,
-/// RED_STATUS_LOG_FILE, RED_STATUS_STARTED, RED_STATUS_FORKED.
+/// RED_STATUS_LOG_FILE, RED_STATUS_STARTED, RED_STATUS_FORKED, RED_STATUS_NO_MEMORY.
 #[unsafe(no_mangle)]
 pub extern "C" fn red_runtime_record(runtime: *mut red_runtime, path: *const c_char) -> red_status {
     on(runtime, |engine| {
+        room(OF_A_LOG)?;
         let path = text::take(path)?;
         engine.set_up(|set_up| {
             if set_up.is_begun || set_up.tape.is_some() {

@@ -2,7 +2,7 @@
 //! Tasks of a runtime: admitted, edited, removed, before the start and while lanes run.
 
 use super::bodies::Bodies;
-use super::open::on;
+use super::open::with_room;
 use super::values::{red_callback, red_runtime};
 use crate::boundary::{Array, Memory, Out, OutGrowing, take, take_growing};
 use crate::dag::open_dag;
@@ -106,7 +106,8 @@ impl Given {
 /// RED_STATUS_TASKS_FULL, RED_STATUS_EMPTY_GRAPH, RED_STATUS_DEADLINE, RED_STATUS_UNKNOWN_POOL,
 /// RED_STATUS_UNKNOWN_SENSOR, RED_STATUS_MEMORY, RED_STATUS_UNSCHEDULABLE, RED_STATUS_OTHER_CLASS,
 /// RED_STATUS_OUT_OF_RANGE: floor_keep above floor_of; RED_STATUS_NO_BODY; RED_STATUS_UNKNOWN_NODE: a body for no node, or
-/// two for one; RED_STATUS_BUSY: from a body; RED_STATUS_OVER, RED_STATUS_FORKED.
+/// two for one; RED_STATUS_BUSY: from a body; RED_STATUS_OVER, RED_STATUS_FORKED,
+/// RED_STATUS_NO_MEMORY.
 #[unsafe(no_mangle)]
 pub extern "C" fn red_runtime_add_task(
     runtime: *mut red_runtime,
@@ -116,7 +117,7 @@ pub extern "C" fn red_runtime_add_task(
     timing: *const red_timing,
     task: *mut u32,
 ) -> red_status {
-    on(runtime, |engine| {
+    with_room(runtime, |engine| {
         let out = Out::of(task)?;
         let timing = take_growing(timing)?.read()?;
         let given = Given::take(runtime, dag, callbacks, callback_count)?;
@@ -133,10 +134,11 @@ pub extern "C" fn red_runtime_add_task(
 /// Removes a task; its jobs in flight are given up with the reason RED_SHED_REMOVED. Bodies that run go on to their ends.
 ///
 /// Threads: any but a body's, at once. Real time: no. Time: until a lane has a turn. Errors: RED_STATUS_UNKNOWN_TASK,
-/// RED_STATUS_BUSY: from a body; RED_STATUS_OVER, RED_STATUS_FORKED.
+/// RED_STATUS_BUSY: from a body; RED_STATUS_OVER, RED_STATUS_FORKED,
+/// RED_STATUS_NO_MEMORY.
 #[unsafe(no_mangle)]
 pub extern "C" fn red_runtime_remove_task(runtime: *mut red_runtime, task: u32) -> red_status {
-    on(runtime, |engine| {
+    with_room(runtime, |engine| {
         let task = TaskId::from_bits(task);
         engine.change(move |scheduler, now| {
             if scheduler.remove_task(task, now) { Ok(red_status::Ok) } else { Err(red_status::UnknownTask) }
@@ -147,14 +149,15 @@ pub extern "C" fn red_runtime_remove_task(runtime: *mut red_runtime, task: u32) 
 /// The bound on the response time of the task's newest graph, alone on its pools.
 ///
 /// Threads: any but a body's, at once. Real time: no. Time: until a lane has a turn. Errors: RED_STATUS_UNKNOWN_TASK,
-/// RED_STATUS_BUSY: from a body; RED_STATUS_OVER, RED_STATUS_FORKED.
+/// RED_STATUS_BUSY: from a body; RED_STATUS_OVER, RED_STATUS_FORKED,
+/// RED_STATUS_NO_MEMORY.
 #[unsafe(no_mangle)]
 pub extern "C" fn red_runtime_certificate(
     runtime: *mut red_runtime,
     task: u32,
     certificate: *mut red_certificate,
 ) -> red_status {
-    on(runtime, |engine| {
+    with_room(runtime, |engine| {
         let out = OutGrowing::of(certificate)?;
         let task = TaskId::from_bits(task);
         let proof = engine.look(move |scheduler| scheduler.certificate(task))?;
@@ -168,7 +171,8 @@ pub extern "C" fn red_runtime_certificate(
 ///
 /// Threads: any but a body's, at once. Real time: no. Time: until a lane has a turn. Errors: RED_STATUS_UNKNOWN_TASK,
 /// RED_STATUS_TOO_SHORT, RED_STATUS_MISALIGNED, RED_STATUS_OVERLAP, RED_STATUS_TOO_MANY_OPEN, RED_STATUS_BUSY: from a
-/// body; RED_STATUS_OVER, RED_STATUS_FORKED.
+/// body; RED_STATUS_OVER, RED_STATUS_FORKED,
+/// RED_STATUS_NO_MEMORY.
 #[unsafe(no_mangle)]
 pub extern "C" fn red_runtime_edit(
     runtime: *mut red_runtime,
@@ -177,7 +181,7 @@ pub extern "C" fn red_runtime_edit(
     bytes: usize,
     dag: *mut red_dag,
 ) -> red_status {
-    on(runtime, |engine| {
+    with_room(runtime, |engine| {
         let out = Out::of(dag)?;
         let place = Memory::of(memory, bytes).room_for()?;
         let task = TaskId::from_bits(task);
@@ -195,7 +199,8 @@ pub extern "C" fn red_runtime_edit(
 /// RED_STATUS_UNKNOWN_TASK, RED_STATUS_CONFLICT, RED_STATUS_DRAINING, RED_STATUS_EMPTY_GRAPH, RED_STATUS_UNKNOWN_POOL,
 /// RED_STATUS_UNKNOWN_SENSOR, RED_STATUS_MEMORY, RED_STATUS_UNSCHEDULABLE, RED_STATUS_OTHER_CLASS, RED_STATUS_NO_BODY,
 /// RED_STATUS_HAS_BODY, RED_STATUS_UNKNOWN_NODE: a body for no node, or two for one; RED_STATUS_BUSY: from a body;
-/// RED_STATUS_OVER, RED_STATUS_FORKED.
+/// RED_STATUS_OVER, RED_STATUS_FORKED,
+/// RED_STATUS_NO_MEMORY.
 #[unsafe(no_mangle)]
 pub extern "C" fn red_runtime_commit(
     runtime: *mut red_runtime,
@@ -204,7 +209,7 @@ pub extern "C" fn red_runtime_commit(
     callback_count: usize,
     certificate: *mut red_certificate,
 ) -> red_status {
-    on(runtime, |engine| {
+    with_room(runtime, |engine| {
         let out = OutGrowing::of(certificate)?;
         let given = Given::take(runtime, dag, callbacks, callback_count)?;
         let bodies = engine.bodies.clone();

@@ -26,6 +26,7 @@ void test_set_up(void);
 void test_runtime_tasks(void);
 void test_run(void);
 void test_ends(void);
+void test_memory(void);
 void test_runtime_pointers(void);
 
 #endif

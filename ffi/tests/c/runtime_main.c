@@ -6,6 +6,7 @@ int main(void) {
     test_runtime_tasks();
     test_run();
     test_ends();
+    test_memory();
     test_runtime_pointers();
     return report();
 }

@@ -66,7 +66,7 @@ static void failures(void) {
 
 /* What a body may do is done; what would wait for its own lane is refused, and nothing stands still. */
 static struct {
-    red_status add_task, remove_task, certificate, edit, commit, figures, wait, close, release, report;
+    red_status add_task, remove_task, certificate, edit, commit, figures, start, wait, close, release, report;
     int done;
 } said;
 static red_dag edit;
@@ -87,6 +87,7 @@ static int calls_back(void *user, const red_context *context) {
     said.edit = red_runtime_edit(&runtime, task, &memory, sizeof memory, &dag);
     said.commit = red_runtime_commit(&runtime, &edit, NULL, 0, &proof);
     said.figures = red_runtime_figures(&runtime, &figures);
+    said.start = red_runtime_start(&runtime);
     said.wait = red_runtime_wait(&runtime, RED_NONE_64);
     said.close = red_runtime_close(&copy);
     said.report = red_runtime_report(&runtime, &report);
@@ -114,6 +115,7 @@ static void re_entry(void) {
     SAID(RED_STATUS_BUSY, edit);
     SAID(RED_STATUS_BUSY, commit);
     SAID(RED_STATUS_BUSY, figures);
+    SAID(RED_STATUS_BUSY, start);
     SAID(RED_STATUS_BUSY, wait);
     SAID(RED_STATUS_BUSY, close);
     SAID(RED_OK, report);
