@@ -2250,8 +2250,7 @@ red_status red_runtime_now(uint64_t *now_ns);
  * RED_STATUS_TASKS_FULL, RED_STATUS_EMPTY_GRAPH, RED_STATUS_DEADLINE, RED_STATUS_UNKNOWN_POOL,
  * RED_STATUS_UNKNOWN_SENSOR, RED_STATUS_MEMORY, RED_STATUS_UNSCHEDULABLE, RED_STATUS_OTHER_CLASS,
  * RED_STATUS_OUT_OF_RANGE: floor_keep above floor_of; RED_STATUS_NO_BODY; RED_STATUS_UNKNOWN_NODE: a body for no node, or
- * two for one; RED_STATUS_BUSY: from a body; RED_STATUS_OVER, RED_STATUS_FORKED,
- * RED_STATUS_NO_MEMORY.
+ * two for one; RED_STATUS_BUSY: from a body; RED_STATUS_OVER, RED_STATUS_FORKED, RED_STATUS_NO_MEMORY.
  */
 red_status red_runtime_add_task(red_runtime *runtime,
                                 const red_dag *dag,
@@ -2264,8 +2263,7 @@ red_status red_runtime_add_task(red_runtime *runtime,
  * Removes a task; its jobs in flight are given up with the reason RED_SHED_REMOVED. Bodies that run go on to their ends.
  *
  * Threads: any but a body's, at once. Real time: no. Time: until a lane has a turn. Errors: RED_STATUS_UNKNOWN_TASK,
- * RED_STATUS_BUSY: from a body; RED_STATUS_OVER, RED_STATUS_FORKED,
- * RED_STATUS_NO_MEMORY.
+ * RED_STATUS_BUSY: from a body; RED_STATUS_OVER, RED_STATUS_FORKED, RED_STATUS_NO_MEMORY.
  */
 red_status red_runtime_remove_task(red_runtime *runtime,
                                    uint32_t task);
@@ -2274,8 +2272,7 @@ red_status red_runtime_remove_task(red_runtime *runtime,
  * The bound on the response time of the task's newest graph, alone on its pools.
  *
  * Threads: any but a body's, at once. Real time: no. Time: until a lane has a turn. Errors: RED_STATUS_UNKNOWN_TASK,
- * RED_STATUS_BUSY: from a body; RED_STATUS_OVER, RED_STATUS_FORKED,
- * RED_STATUS_NO_MEMORY.
+ * RED_STATUS_BUSY: from a body; RED_STATUS_OVER, RED_STATUS_FORKED, RED_STATUS_NO_MEMORY.
  */
 red_status red_runtime_certificate(red_runtime *runtime,
                                    uint32_t task,
@@ -2287,8 +2284,7 @@ red_status red_runtime_certificate(red_runtime *runtime,
  *
  * Threads: any but a body's, at once. Real time: no. Time: until a lane has a turn. Errors: RED_STATUS_UNKNOWN_TASK,
  * RED_STATUS_TOO_SHORT, RED_STATUS_MISALIGNED, RED_STATUS_OVERLAP, RED_STATUS_TOO_MANY_OPEN, RED_STATUS_BUSY: from a
- * body; RED_STATUS_OVER, RED_STATUS_FORKED,
- * RED_STATUS_NO_MEMORY.
+ * body; RED_STATUS_OVER, RED_STATUS_FORKED, RED_STATUS_NO_MEMORY.
  */
 red_status red_runtime_edit(red_runtime *runtime,
                             uint32_t task,
@@ -2305,8 +2301,7 @@ red_status red_runtime_edit(red_runtime *runtime,
  * RED_STATUS_UNKNOWN_TASK, RED_STATUS_CONFLICT, RED_STATUS_DRAINING, RED_STATUS_EMPTY_GRAPH, RED_STATUS_UNKNOWN_POOL,
  * RED_STATUS_UNKNOWN_SENSOR, RED_STATUS_MEMORY, RED_STATUS_UNSCHEDULABLE, RED_STATUS_OTHER_CLASS, RED_STATUS_NO_BODY,
  * RED_STATUS_HAS_BODY, RED_STATUS_UNKNOWN_NODE: a body for no node, or two for one; RED_STATUS_BUSY: from a body;
- * RED_STATUS_OVER, RED_STATUS_FORKED,
- * RED_STATUS_NO_MEMORY.
+ * RED_STATUS_OVER, RED_STATUS_FORKED, RED_STATUS_NO_MEMORY.
  */
 red_status red_runtime_commit(red_runtime *runtime,
                               const red_dag *dag,

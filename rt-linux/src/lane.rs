@@ -216,8 +216,10 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
         }
         let jobs = scheduler.jobs_in_flight();
         let is_drained = is_closed && jobs == 0 && timeline.is_over(now.as_nanos());
-        if !shared.drained.swap(is_drained, Ordering::Relaxed) && is_drained {
-            // The control thread ends the run.
+        // Written under the lock alone, and hardly ever.
+        if is_drained != shared.drained.load(Ordering::Relaxed) {
+            shared.drained.store(is_drained, Ordering::Relaxed);
+            // The control thread looks whether the run is over.
             shared.stopper.bell().ring();
         }
         let wake =

@@ -65,6 +65,17 @@ pub(crate) enum State {
     Failed(red_status, String),
 }
 
+impl State {
+    /// What is being set up.
+    fn set_up(&mut self) -> Result<&mut SetUp, red_status> {
+        match self {
+            Self::SetUp(set_up) => Ok(set_up),
+            Self::Running | Self::Ended(_) => Err(red_status::Started),
+            Self::Failed(status, _) => Err(*status),
+        }
+    }
+}
+
 /// What a thread of the run leaves.
 struct Shared {
     /// There before any of them calls a body, which may release and stop.
@@ -138,11 +149,7 @@ impl Engine {
         &self,
         call: impl FnOnce(&mut SetUp) -> Result<R, red_status>,
     ) -> Result<R, red_status> {
-        match &mut *self.state() {
-            State::SetUp(set_up) => call(set_up),
-            State::Running | State::Ended(_) => Err(red_status::Started),
-            State::Failed(status, _) => Err(*status),
-        }
+        call(self.state().set_up()?)
     }
 
     /// The same, without waiting for the state where lanes run: a body may ask.
@@ -209,11 +216,7 @@ impl Engine {
             return Err(red_status::Busy);
         }
         let mut state = self.state();
-        match &*state {
-            State::SetUp(_) => {}
-            State::Running | State::Ended(_) => return Err(red_status::Started),
-            State::Failed(status, _) => return Err(*status),
-        }
+        state.set_up()?;
         self.shared.lanes.begin();
         let started = self.start_lanes(&mut state);
         if started.is_err() {
