@@ -164,15 +164,28 @@ fn has_halted_child(process: u32) -> bool {
 
 #[test]
 fn a_signal_to_all_processes_finds_none_halted_for_good() {
-    let stop = |child: &mut Child, _: &PathBuf| {
-        while !has_halted_child(child.id()) && child.try_wait().expect("ours").is_none() {
-            thread::yield_now();
+    // The halt is short: where others have the CPUs for as long, a soak ends before it is seen.
+    const TRIES: usize = 20;
+    for _ in 0..TRIES {
+        let mut was_told = false;
+        let stop = |child: &mut Child, _: &PathBuf| {
+            while !was_told && child.try_wait().expect("ours").is_none() {
+                was_told = has_halted_child(child.id());
+                thread::yield_now();
+            }
+            if was_told {
+                tell(&format!("-{}", child.id()));
+            }
+        };
+        let (_, text, folder) = watched("group", &["--repeat", "3", "--length-ms", "2000"], stop);
+        assert_eq!(text.contains("soak: stopped by SIGINT"), was_told, "{text}");
+        assert!(!text.contains("VIOLATION"), "{text}");
+        assert_eq!(logs(&folder), Vec::<PathBuf>::new());
+        if was_told {
+            return;
         }
-        tell(&format!("-{}", child.id()));
-    };
-    let (_, text, folder) = watched("group", &["--repeat", "3", "--length-ms", "2000"], stop);
-    assert!(text.contains("soak: stopped by SIGINT") && !text.contains("VIOLATION"), "{text}");
-    assert_eq!(logs(&folder), Vec::<PathBuf>::new());
+    }
+    panic!("not halted, as far as could be seen, in {TRIES} soaks");
 }
 
 /// The soak where the kernel grants no real-time priority.
