@@ -332,7 +332,7 @@ enum red_status
    */
   RED_STATUS_LOG_LATE = 93,
   /**
-   * The log cannot be written there.
+   * The log cannot be written there: errno says why.
    */
   RED_STATUS_LOG_FILE = 94,
   /**
@@ -1963,7 +1963,7 @@ red_status red_scheduler_restore_lane(red_scheduler *scheduler,
  * Part of libred, not of libred_core.
  *
  * Threads: one at a time on a scheduler. Real time: no. Time: one file is created. Errors: RED_STATUS_TEXT,
- * RED_STATUS_LOG_LATE, RED_STATUS_LOG_FILE, RED_STATUS_NO_MEMORY.
+ * RED_STATUS_LOG_LATE, RED_STATUS_LOG_FILE: errno says why, RED_STATUS_NO_MEMORY.
  */
 red_status red_record_begin(red_scheduler *scheduler,
                             const char *path);
@@ -1974,8 +1974,8 @@ red_status red_record_begin(red_scheduler *scheduler,
  * not of libred_core.
  *
  * Threads: one at a time on a scheduler. Real time: no. Time: until it is written. Errors: RED_STATUS_IDLE: there is no log;
- * RED_STATUS_LOG_FILE: it could not be written to its end, and is ended all the same; RED_STATUS_FORKED: it is the
- * parent's.
+ * RED_STATUS_LOG_FILE: it could not be written to its end, errno says why, and it is ended all the same;
+ * RED_STATUS_FORKED: it is the parent's.
  */
 red_status red_record_end(red_scheduler *scheduler,
                           uint64_t now_ns,
@@ -2231,7 +2231,7 @@ red_status red_runtime_every(red_runtime *runtime,
  * else is set up.
  *
  * Threads: any, at once. Real time: no. Time: one file is created. Errors: RED_STATUS_TEXT, RED_STATUS_LOG_LATE,
- * RED_STATUS_LOG_FILE, RED_STATUS_STARTED, RED_STATUS_FORKED, RED_STATUS_NO_MEMORY.
+ * RED_STATUS_LOG_FILE: errno says why, RED_STATUS_STARTED, RED_STATUS_FORKED, RED_STATUS_NO_MEMORY.
  */
 red_status red_runtime_record(red_runtime *runtime,
                               const char *path);

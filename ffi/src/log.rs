@@ -9,8 +9,10 @@ use crate::scheduler::change;
 use crate::status::red_status;
 use crate::values::red_scheduler;
 use core::ffi::c_char;
+use nix::errno::Errno;
 use red_core::{Capacity, Instant, Scheduler};
 use red_record::{Cut, Header, Recorder, Tape, Writer};
+use std::io;
 use std::path::Path;
 
 /// What calls are made on.
@@ -20,6 +22,13 @@ pub(crate) const fn calls<'a, C: Capacity>(
     tape: Option<&'a mut Tape>,
 ) -> Recorder<'a, C> {
     Recorder::new(scheduler, tape)
+}
+
+/// The system's own words are what helps here: it says them as it does in C, by `errno`.
+pub(crate) fn no_file(why: Option<io::Error>) -> red_status {
+    let code = why.and_then(|why| why.raw_os_error()).map_or(Errno::EIO, Errno::from_raw);
+    code.set();
+    red_status::LogFile
 }
 
 /// A scheduler of any class that can have a log.
@@ -77,7 +86,8 @@ impl Log {
         }
         let program = concat!("libred ", env!("CARGO_PKG_VERSION"));
         let header = Header::by_calls::<C>(program, "by calls", *scheduler.config());
-        let (writer, tape) = Writer::start(Path::new(path), &header).map_err(|_| red_status::LogFile)?;
+        let (writer, tape) =
+            Writer::start(Path::new(path), &header).map_err(|why| no_file(Some(why.into())))?;
         self.0 = Some(Box::new(Open { tape, writer, forks: fork::generation() }));
         Ok(())
     }
@@ -92,7 +102,7 @@ impl Log {
         drop(tape);
         let (totals, failed) = writer.finish();
         let is_lost = failed.is_some() || totals.cut == Some(Cut::Panicked);
-        if is_lost { Err(red_status::LogFile) } else { Ok(totals.dropped) }
+        if is_lost { Err(no_file(failed)) } else { Ok(totals.dropped) }
     }
 }
 
@@ -101,7 +111,7 @@ impl Log {
 /// Part of libred, not of libred_core.
 ///
 /// Threads: one at a time on a scheduler. Real time: no. Time: one file is created. Errors: RED_STATUS_TEXT,
-/// RED_STATUS_LOG_LATE, RED_STATUS_LOG_FILE, RED_STATUS_NO_MEMORY.
+/// RED_STATUS_LOG_LATE, RED_STATUS_LOG_FILE: errno says why, RED_STATUS_NO_MEMORY.
 #[unsafe(no_mangle)]
 pub extern "C" fn red_record_begin(scheduler: *mut red_scheduler, path: *const c_char) -> red_status {
     change(scheduler, |machine| {
@@ -116,8 +126,8 @@ pub extern "C" fn red_record_begin(scheduler: *mut red_scheduler, path: *const c
 /// not of libred_core.
 ///
 /// Threads: one at a time on a scheduler. Real time: no. Time: until it is written. Errors: RED_STATUS_IDLE: there is no log;
-/// RED_STATUS_LOG_FILE: it could not be written to its end, and is ended all the same; RED_STATUS_FORKED: it is the
-/// parent's.
+/// RED_STATUS_LOG_FILE: it could not be written to its end, errno says why, and it is ended all the same;
+/// RED_STATUS_FORKED: it is the parent's.
 #[unsafe(no_mangle)]
 pub extern "C" fn red_record_end(
     scheduler: *mut red_scheduler,

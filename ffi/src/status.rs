@@ -132,7 +132,7 @@ pub enum red_status {
     Text = 92,
     /// Something was set up already: begin the log before.
     LogLate = 93,
-    /// The log cannot be written there.
+    /// The log cannot be written there: errno says why.
     LogFile = 94,
     /// The process has no memory left: nothing was done, free some and try again.
     NoMemory = 95,
@@ -269,7 +269,7 @@ impl red_status {
             Self::Forked => c"a child of fork has no lanes: open a runtime of its own",
             Self::Text => c"a text is empty, not UTF-8, or not ended within 4,096 bytes",
             Self::LogLate => c"something was set up already: begin the log before",
-            Self::LogFile => c"the log cannot be written there",
+            Self::LogFile => c"the log cannot be written there: errno says why",
             Self::NoMemory => c"the process has no memory left: nothing was done, free some and try again",
         }
     }

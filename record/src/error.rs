@@ -80,6 +80,13 @@ impl std::error::Error for StartError {
     }
 }
 
+impl From<StartError> for io::Error {
+    fn from(error: StartError) -> Self {
+        let (StartError::File(why) | StartError::Thread(why)) = error;
+        why
+    }
+}
+
 impl From<io::Error> for StartError {
     fn from(error: io::Error) -> Self {
         Self::File(error)

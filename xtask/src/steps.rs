@@ -48,7 +48,7 @@ const STEPS: &[Step] = &[
     },
     Step {
         name: "abi",
-        what: "the C ABI as it ships: header, libraries, packages, and the README's program",
+        what: "the C ABI as it ships: header, libraries, packages, and the README's programs",
         run: abi::step,
     },
     Step {

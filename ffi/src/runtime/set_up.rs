@@ -6,6 +6,7 @@ use super::text;
 use super::values::{red_mode, red_runtime};
 use crate::boundary::{Array, Out};
 use crate::config;
+use crate::log::no_file;
 use crate::room::{OF_A_LOG, room};
 use crate::status::{flat, red_status, status};
 use core::ffi::c_char;
@@ -107,7 +108,7 @@ pub extern "C" fn red_runtime_every(
 /// else is set up.
 ///
 /// Threads: any, at once. Real time: no. Time: one file is created. Errors: RED_STATUS_TEXT, RED_STATUS_LOG_LATE,
-/// RED_STATUS_LOG_FILE, RED_STATUS_STARTED, RED_STATUS_FORKED, RED_STATUS_NO_MEMORY.
+/// RED_STATUS_LOG_FILE: errno says why, RED_STATUS_STARTED, RED_STATUS_FORKED, RED_STATUS_NO_MEMORY.
 #[unsafe(no_mangle)]
 pub extern "C" fn red_runtime_record(runtime: *mut red_runtime, path: *const c_char) -> red_status {
     on(runtime, |engine| {
@@ -121,7 +122,8 @@ pub extern "C" fn red_runtime_record(runtime: *mut red_runtime, path: *const c_c
             let mut header = Header::by_calls::<Large>(program, "by calls", *set_up.scheduler.config());
             header.realtime = engine.config.mode == red_mode::RealTime as u32;
             header.duration_ns = engine.config.duration_ns;
-            let (writer, tape) = Writer::start(Path::new(&path), &header).map_err(|_| red_status::LogFile)?;
+            let (writer, tape) =
+                Writer::start(Path::new(&path), &header).map_err(|why| no_file(Some(why.into())))?;
             (set_up.writer, set_up.tape) = (Some(writer), Some(tape));
             Ok(red_status::Ok)
         })

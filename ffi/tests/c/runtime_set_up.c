@@ -3,6 +3,7 @@
 #include "runtime.h"
 
 #include <dirent.h>
+#include <errno.h>
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>
@@ -120,7 +121,9 @@ static void logs(void) {
     CALL(RED_STATUS_TEXT, red_runtime_record, &runtime, "");
     CALL(RED_STATUS_TEXT, red_runtime_record, &runtime, "\xff");
     CALL(RED_STATUS_TEXT, red_runtime_record, &runtime, endless);
+    errno = 0;
     CALL(RED_STATUS_LOG_FILE, red_runtime_record, &runtime, "/no such folder/red.redlog");
+    EXPECT(errno == ENOENT);
     char path[] = "red-test-XXXXXX";
     const int file = new_file(path);
     CALL(RED_OK, red_runtime_record, &runtime, path);
@@ -149,7 +152,9 @@ static void own_logs(void) {
     uint32_t number;
     CALL(RED_STATUS_IDLE, red_record_end, &scheduler, 1, &dropped);
     CALL(RED_STATUS_TEXT, red_record_begin, &scheduler, "");
+    errno = 0;
     CALL(RED_STATUS_LOG_FILE, red_record_begin, &scheduler, "/no such folder/red.redlog");
+    EXPECT(errno == ENOENT);
     char path[] = "red-test-XXXXXX";
     const int file = new_file(path);
     CALL(RED_OK, red_record_begin, &scheduler, path);
@@ -189,7 +194,9 @@ static void own_logs(void) {
     signal(SIGXFSZ, SIG_IGN);
     EXPECT(setrlimit(RLIMIT_FSIZE, &tight) == 0);
     CALL(RED_OK, red_scheduler_poll, &scheduler, 1, &action);
+    errno = 0;
     CALL(RED_STATUS_LOG_FILE, red_record_end, &scheduler, 2, &dropped);
+    EXPECT(errno == EFBIG);
     EXPECT(setrlimit(RLIMIT_FSIZE, &before) == 0);
     CALL(RED_OK, red_scheduler_close, &scheduler);
     close(file);

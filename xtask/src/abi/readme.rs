@@ -1,4 +1,4 @@
-//! The program of the README, built from what stands there in an empty folder, in every way that is promised.
+//! The programs of the README, built from what stands there in an empty folder, in every way that is promised.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -10,21 +10,42 @@ use crate::workspace::Workspace;
 
 const README: &str = "README.md";
 const SECTION: &str = "## From C++";
-/// What the program prints: when the paper's worked example is due.
-const SAID: &str = "30 60 120";
-/// A number of the program, and another one: then it has to print something else.
-const PLANTED: (&str, &str) = ("120", "240");
 
-/// The first code of a language in the section.
-///
-/// # Errors
-/// There is none.
-fn code<'a>(readme: &'a str, language: &str) -> Result<&'a str, String> {
+/// A program of the section.
+struct Program {
+    /// What it is linked with, by CMake and by pkg-config.
+    target: &'static str,
+    packages: &'static [&'static str],
+    /// What it prints begins so.
+    said: &'static str,
+    /// A number in it, and another one: then it has to print something else.
+    planted: (&'static str, &'static str),
+}
+
+/// As they come.
+const PROGRAMS: [Program; 2] = [
+    // When the paper's worked example is due.
+    Program {
+        target: "red::core",
+        packages: &["red_core", "red"],
+        said: "30 60 120",
+        planted: ("120", "240"),
+    },
+    // How many are on time is the machine's.
+    Program {
+        target: "red::runtime",
+        packages: &["red"],
+        said: "10 released, ",
+        planted: ("0ms, 100ms", "0ms, 50ms"),
+    },
+];
+
+/// All code of a language in the section.
+fn code<'a>(readme: &'a str, language: &str) -> Vec<&'a str> {
     let begin = format!("```{language}\n");
-    let section = readme.split_once(SECTION).map(|(_, rest)| rest.split("\n## ").next().unwrap_or(rest));
-    let block =
-        section.and_then(|section| section.split_once(&begin)).and_then(|(_, rest)| rest.split_once("```"));
-    block.map(|(code, _)| code).ok_or_else(|| format!("{README}, {SECTION:?}: no code of {language}"))
+    let section = readme.split_once(SECTION).map_or("", |(_, rest)| rest);
+    let section = section.split("\n## ").next().unwrap_or_default();
+    section.split(&begin).skip(1).filter_map(|rest| Some(rest.split_once("```")?.0)).collect()
 }
 
 /// An empty folder with the two files in it.
@@ -96,7 +117,7 @@ impl<'a> Project<'a> {
     }
 }
 
-/// Builds and runs the README's program with what lies below a prefix; how many times.
+/// Builds and runs the README's programs with what lies below a prefix; how many times.
 ///
 /// # Errors
 /// It does not build, prints something else, or is linked in another way than was asked for; or something planted is not
@@ -104,62 +125,77 @@ impl<'a> Project<'a> {
 pub(crate) fn check(workspace: &Workspace, prefix: &Path) -> Result<u32, Failure> {
     let path = workspace.root.join(README);
     let readme = fs::read_to_string(&path).map_err(Failure::of_file(&path))?;
-    let cmake = code(&readme, "cmake").map_err(Failure::Wrong)?;
-    let main = code(&readme, "cpp").map_err(Failure::Wrong)?;
-    let project = |name: &str, cmake: &str, main: &str| {
-        Project::new(workspace, prefix, name, [("CMakeLists.txt", cmake), ("main.cpp", main)])
-    };
-    let example = project("example", cmake, main)?;
+    let none = |language| Failure::Wrong(format!("{README}, {SECTION:?}: no code of {language}"));
+    let [cmake, ..] = code(&readme, "cmake")[..] else { return Err(none("cmake")) };
+    let mains: [&str; PROGRAMS.len()] = code(&readme, "cpp").try_into().map_err(|_| none("cpp"))?;
     let mut tried = 0;
-    for compiler in ["g++", "clang++"] {
-        for shared in ["OFF", "ON"] {
-            judge(
-                &example,
-                &example.built(compiler, shared)?,
-                shared == "ON",
-                &format!("{compiler}, CMake"),
-            )?;
-            tried += 1;
-        }
-    }
-    for package in ["red_core", "red"] {
-        for is_static in [false, true] {
-            let program = example.by_pkg_config("g++", package, is_static)?;
-            judge(&example, &program, !is_static, &format!("g++, pkg-config {package}"))?;
-            tried += 1;
-        }
+    for (program, main) in PROGRAMS.iter().zip(mains) {
+        tried +=
+            program.check(workspace, prefix, &cmake.replace(PROGRAMS[0].target, program.target), main)?;
     }
 
-    let other = project("planted-number", cmake, &main.replace(PLANTED.0, PLANTED.1))?;
-    let said = other.said_by(&other.built("g++", "OFF")?)?;
-    found("another deadline", said != SAID, &said)?;
-    let two = project("planted-copies", &cmake.replace("red::core", "red::core red::runtime"), main)?;
+    let [main, _] = mains;
+    let project = |name, cmake: &str| {
+        Project::new(workspace, prefix, name, [("CMakeLists.txt", cmake), ("main.cpp", main)])
+    };
+    let two = project("planted-copies", &cmake.replace("red::core", "red::core red::runtime"))?;
     refused("two copies of the library", &two, "RED_LIBRARY")?;
     for version in ["0.0", "0.2", "1.0"] {
-        let other = project("planted-version", &cmake.replace("red 0.1", &format!("red {version}")), main)?;
+        let other = project("planted-version", &cmake.replace("red 0.1", &format!("red {version}")))?;
         refused(&format!("version {version}"), &other, "version")?;
     }
     Ok(tried)
 }
 
-/// That a program says what it should, and is linked as it was asked for.
-fn judge(project: &Project<'_>, program: &Path, shared: bool, how: &str) -> Result<(), Failure> {
-    let said = project.said_by(program)?;
-    if said != SAID {
-        return Err(Failure::Wrong(format!(
-            "{how}: the program of {README} says {said:?}, and not {SAID:?}"
-        )));
+impl Program {
+    /// Builds and runs it in every way; how many there are.
+    fn check(&self, workspace: &Workspace, prefix: &Path, cmake: &str, main: &str) -> Result<u32, Failure> {
+        let project = |name, main: &str| {
+            Project::new(workspace, prefix, name, [("CMakeLists.txt", cmake), ("main.cpp", main)])
+        };
+        let example = project("example", main)?;
+        let mut tried = 0;
+        for compiler in ["g++", "clang++"] {
+            for shared in ["OFF", "ON"] {
+                let built = example.built(compiler, shared)?;
+                self.judge(&example, &built, shared == "ON", &format!("{compiler}, CMake"))?;
+                tried += 1;
+            }
+        }
+        for package in self.packages {
+            for is_static in [false, true] {
+                let built = example.by_pkg_config("g++", package, is_static)?;
+                self.judge(&example, &built, !is_static, &format!("g++, pkg-config {package}"))?;
+                tried += 1;
+            }
+        }
+        let (number, other) = self.planted;
+        let other = project("planted-number", &main.replace(number, other))?;
+        let said = other.said_by(&other.built("g++", "OFF")?)?;
+        found("another number", !said.starts_with(self.said), &said)?;
+        Ok(tried)
     }
-    let loaded = elf::loaded(&read(program)?).map_err(|reason| super::build::unreadable(program, reason))?;
-    let is_shared = loaded.needed.iter().any(|library| library.starts_with("libred"));
-    if is_shared != shared {
-        return Err(Failure::Wrong(format!(
-            "{how}: shared is {is_shared}, asked for {shared}: {:?}",
-            loaded.needed
-        )));
+
+    /// That it says what it should, and is linked as it was asked for.
+    fn judge(&self, project: &Project<'_>, built: &Path, shared: bool, how: &str) -> Result<(), Failure> {
+        let said = project.said_by(built)?;
+        let should = self.said;
+        if !said.starts_with(should) {
+            return Err(Failure::Wrong(format!(
+                "{how}: the program of {README} says {said:?}, and not {should:?}"
+            )));
+        }
+        let loaded = elf::loaded(&read(built)?).map_err(|reason| super::build::unreadable(built, reason))?;
+        let is_shared = loaded.needed.iter().any(|library| library.starts_with("libred"));
+        if is_shared != shared {
+            return Err(Failure::Wrong(format!(
+                "{how}: shared is {is_shared}, asked for {shared}: {:?}",
+                loaded.needed
+            )));
+        }
+        say!("{how}, {}: {said}", if shared { "shared" } else { "static" });
+        Ok(())
     }
-    say!("{how}, {}: {said}", if shared { "shared" } else { "static" });
-    Ok(())
 }
 
 /// That CMake refuses a project, with these words.
