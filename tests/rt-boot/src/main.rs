@@ -14,6 +14,7 @@ use std::time::Duration;
 
 use nix::mount::{MsFlags, mount};
 use nix::sys::reboot::{RebootMode, reboot};
+use nix::sys::termios::tcdrain;
 
 use threads::Watch;
 
@@ -30,6 +31,8 @@ fn main() {
     if let Err(reason) = examine() {
         println!("RT failed: {reason}");
     }
+    // The serial line is slower than this program, and what it has not sent goes with the machine.
+    let _sent = tcdrain(io::stdout());
     // The machine goes off; if it cannot, the host stops it.
     let _still_on = reboot(RebootMode::RB_POWER_OFF);
 }
