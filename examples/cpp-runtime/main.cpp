@@ -126,7 +126,7 @@ int main(int count, char **words) {
     red::Result<red::NodeId> detect = RED_STATUS_UNKNOWN_NODE;
     bool there = false;
     const auto begin = std::chrono::steady_clock::now();
-    const auto length = std::chrono::seconds(options.seconds);
+    const std::chrono::milliseconds length = std::chrono::seconds(options.seconds);
     auto next_line = begin + 1s;
     while (!interrupted && runtime->wait(20ms) == RED_STATUS_TIMEOUT) {
         const auto since = std::chrono::steady_clock::now() - begin;

@@ -144,7 +144,7 @@ enum red_status
    */
   RED_STATUS_OVERLAP = 12,
   /**
-   * A number is outside of its enumeration or range.
+   * A number is outside of its enumeration or range, which the header says beside its field.
    */
   RED_STATUS_OUT_OF_RANGE = 13,
   /**
@@ -328,7 +328,7 @@ enum red_status
    */
   RED_STATUS_TEXT = 92,
   /**
-   * Something was set up already: begin the log before.
+   * There is a log, or something was set up already: begin it before.
    */
   RED_STATUS_LOG_LATE = 93,
   /**
@@ -921,7 +921,7 @@ typedef struct {
    */
   uint64_t wcet_ns;
   /**
-   * Best-case execution time; 0 if nothing is known.
+   * Best-case execution time, at most wcet_ns, by which jobs are found hopeless; 0 if nothing is known.
    */
   uint64_t bcet_ns;
   /**
@@ -1538,7 +1538,8 @@ typedef struct {
    */
   uint64_t dispatch_max_ns;
   /**
-   * At the end, if it was recorded: inputs that found no room in the log, which then is not whole.
+   * At the end, if it was recorded: inputs that found no room in the log, which then is not whole;
+   * red_runtime_message says why if the system did not take it.
    */
   uint64_t log_dropped;
 } red_report;
@@ -1607,8 +1608,9 @@ typedef struct {
 } red_context;
 
 /**
- * What runs for a node, on a lane's thread: `user` is what came with it. It must return, and must not throw. It may release
- * jobs and stop the runtime; whatever would wait for a lane is RED_STATUS_BUSY there.
+ * What runs for a node, on a lane's thread: `user` is what came with it. It must return: not throw, not leave by longjmp, not
+ * end its thread by pthread_exit. It may release jobs and stop the runtime; whatever would wait for a lane is
+ * RED_STATUS_BUSY there.
  */
 typedef int (*red_body)(void *user, const red_context *context);
 
@@ -2056,8 +2058,8 @@ red_status red_scheduler_take_events(red_scheduler *scheduler,
  * Opens a runtime: a scheduler of 16 tasks of 256 nodes and 64 jobs in flight, and lanes for it once it is started. Takes about
  * 2 MiB of memory, and as much again when it is started.
  *
- * Threads: any, at once. Real time: no. Time: O(memory). Errors: RED_STATUS_OUT_OF_RANGE: a field of a configuration,
- * RED_STATUS_NO_LANE, RED_STATUS_POOLS_FULL: more than 32 lanes, RED_STATUS_PREEMPTS, RED_STATUS_TOO_MANY_OPEN,
+ * Threads: any but a body's, at once. Real time: no. Time: O(memory). Errors: RED_STATUS_OUT_OF_RANGE: a field of a
+ * configuration, each of which says its range; RED_STATUS_BUSY: from a body, RED_STATUS_NO_LANE, RED_STATUS_POOLS_FULL: more than 32 lanes, RED_STATUS_PREEMPTS, RED_STATUS_TOO_MANY_OPEN,
  * RED_STATUS_NO_MEMORY.
  */
 red_status red_runtime_open(const red_config *policy,
@@ -2084,7 +2086,8 @@ red_status red_runtime_state_of(const red_runtime *runtime,
                                 uint32_t *state);
 
 /**
- * Why red_runtime_start was refused, in words, with what to do about it; empty where it was not. Up to `room` bytes into
+ * Why red_runtime_start or red_runtime_record was refused, or a log that was begun is not whole at the end, in words, with what
+ * to do about it; empty where nothing of that is so. Up to `room` bytes into
  * `text`, with the byte that ends it, and how many it takes into `count`; if they are more than `room`, only that.
  *
  * Threads: any, at once. Real time: no. Time: O(length), but until a start that goes on is over. Errors:
@@ -2231,7 +2234,7 @@ red_status red_runtime_every(red_runtime *runtime,
  * else is set up.
  *
  * Threads: any, at once. Real time: no. Time: one file is created. Errors: RED_STATUS_TEXT, RED_STATUS_LOG_LATE,
- * RED_STATUS_LOG_FILE: errno says why, RED_STATUS_STARTED, RED_STATUS_FORKED, RED_STATUS_NO_MEMORY.
+ * RED_STATUS_LOG_FILE: red_runtime_message and errno say why, RED_STATUS_STARTED, RED_STATUS_FORKED, RED_STATUS_NO_MEMORY.
  */
 red_status red_runtime_record(red_runtime *runtime,
                               const char *path);

@@ -85,7 +85,7 @@ impl Log {
             return Err(red_status::LogLate);
         }
         let program = concat!("libred ", env!("CARGO_PKG_VERSION"));
-        let header = Header::by_calls::<C>(program, "by calls", *scheduler.config());
+        let header = Header::by_calls::<C>(program, "custom", *scheduler.config());
         let (writer, tape) =
             Writer::start(Path::new(path), &header).map_err(|why| no_file(Some(why.into())))?;
         self.0 = Some(Box::new(Open { tape, writer, forks: fork::generation() }));

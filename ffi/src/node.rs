@@ -28,7 +28,7 @@ pub struct red_node {
     pub abi_version: u32,
     /// Worst-case execution time alone.
     pub wcet_ns: u64,
-    /// Best-case execution time; 0 if nothing is known.
+    /// Best-case execution time, at most wcet_ns, by which jobs are found hopeless; 0 if nothing is known.
     pub bcet_ns: u64,
     /// Of an atomic node: the delay that co-runners can add; else 0.
     pub contention_ns: u64,

@@ -5,8 +5,8 @@ use core::hint::black_box;
 
 /// What a call takes at most, a copy of a graph and of its bodies among it. A test holds calls to it.
 pub(crate) const OF_A_CALL: usize = 64 << 10;
-/// What is written to, until the log's thread comes to it.
-pub(crate) const OF_A_LOG: usize = 5 << 20;
+/// What is written to until the log's thread comes to it, and that thread.
+pub(crate) const OF_A_LOG: usize = 7 << 20;
 
 /// Whether so many bytes can be had. What other threads take at this moment is not known.
 pub(crate) fn room(bytes: usize) -> Result<(), red_status> {

@@ -38,7 +38,7 @@ pub enum red_status {
     Busy = 11,
     /// The memory overlaps with that of something open, or has the place of the answer in it.
     Overlap = 12,
-    /// A number is outside of its enumeration or range.
+    /// A number is outside of its enumeration or range, which the header says beside its field.
     OutOfRange = 13,
     /// An array is longer than anything that could be meant.
     TooLong = 14,
@@ -130,7 +130,7 @@ pub enum red_status {
     Forked = 91,
     /// A text is empty, not UTF-8, or not ended within 4,096 bytes.
     Text = 92,
-    /// Something was set up already: begin the log before.
+    /// There is a log, or something was set up already: begin it before.
     LogLate = 93,
     /// The log cannot be written there: errno says why.
     LogFile = 94,
@@ -222,7 +222,7 @@ impl red_status {
             Self::OtherClass => c"graph and scheduler are of different capacity classes",
             Self::Busy => c"it is in use: another call goes on, or a body asked for what waits for a lane; call again later, from elsewhere",
             Self::Overlap => c"the memory overlaps with that of something open, or has the place of the answer in it",
-            Self::OutOfRange => c"a number is outside of its enumeration or range",
+            Self::OutOfRange => c"a number is outside of its enumeration or range, which the header says beside its field",
             Self::TooLong => c"an array is longer than anything that could be meant",
             Self::TooManyOpen => c"as many handles are open as there may be: close one",
             Self::Internal => c"a bug of this library: report it; what was called is closed",
@@ -268,7 +268,7 @@ impl red_status {
             Self::Timeout => c"the time has passed, and the runtime goes on",
             Self::Forked => c"a child of fork has no lanes: open a runtime of its own",
             Self::Text => c"a text is empty, not UTF-8, or not ended within 4,096 bytes",
-            Self::LogLate => c"something was set up already: begin the log before",
+            Self::LogLate => c"there is a log, or something was set up already: begin it before",
             Self::LogFile => c"the log cannot be written there: errno says why",
             Self::NoMemory => c"the process has no memory left: nothing was done, free some and try again",
         }

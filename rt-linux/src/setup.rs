@@ -102,6 +102,13 @@ pub enum SetupError {
 }
 
 impl SetupError {
+    /// The system starts no thread.
+    #[must_use]
+    pub fn no_thread(call: &'static str, error: &io::Error) -> Self {
+        let errno = Errno::from_raw(error.raw_os_error().unwrap_or_default());
+        Self::System { call, errno, fix: "raise the limit of processes (ulimit -u) or free memory" }
+    }
+
     fn of(call: &'static str, errno: Errno, right: &'static str, otherwise: &'static str) -> Self {
         match errno {
             Errno::EPERM | Errno::EACCES => Self::NotPermitted { call, errno, fix: right },
@@ -227,6 +234,13 @@ pub fn lock_memory() -> Result<(), SetupError> {
             ),
         }
     })
+}
+
+/// Whether threads that take so many bytes together, their stacks for the most part, can be started, as far as the limit
+/// of the process's address space goes. What other threads take at this moment is not known.
+#[must_use]
+pub fn has_room_for_threads(bytes: usize) -> bool {
+    sys::has_address_space(bytes)
 }
 
 /// What a user may raise without any right, from the soft to the hard limit. Where that is not enough, the call

@@ -48,6 +48,19 @@ fn timespec(at_ns: u64) -> libc::timespec {
     }
 }
 
+/// Whether so many bytes more of address space can be had. Nothing is touched, and they are given back.
+pub(crate) fn has_address_space(bytes: usize) -> bool {
+    let (flags, access) = (libc::MAP_PRIVATE | libc::MAP_ANONYMOUS | libc::MAP_NORESERVE, libc::PROT_NONE);
+    // SAFETY: a mapping of its own, at an address that the kernel chooses.
+    let at = unsafe { libc::mmap(ptr::null_mut(), bytes, access, flags, -1, 0) };
+    if at == libc::MAP_FAILED {
+        return false;
+    }
+    // SAFETY: mapped above, and nobody else knows of it.
+    unsafe { libc::munmap(at, bytes) };
+    true
+}
+
 /// How the kernel picks when a thread runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Policy {

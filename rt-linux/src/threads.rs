@@ -17,7 +17,6 @@ use nix::unistd::{Pid, gettid};
 use red_core::{Capacity, Scheduler};
 use red_sync::Exclusive;
 use std::ffi::CString;
-use std::io;
 use std::sync::Arc;
 use std::sync::mpsc::{self, RecvTimeoutError, TryRecvError};
 use std::thread;
@@ -100,7 +99,8 @@ impl Starter {
             let _told = finished.send(lane.figures);
         };
         let builder = thread::Builder::new().name(format!("red-start-{lane}"));
-        builder.spawn(move || enclose(Box::new(main))).map_err(|e| no_thread(&e))?;
+        let thread = builder.spawn(move || enclose(Box::new(main)));
+        let _runs = thread.map_err(|error| SetupError::no_thread("pthread_create(lane)", &error))?;
         Ok(Starting { lane, until: Instant::now() + START_BOUND, verdict, id: None, go, figures })
     }
 
@@ -191,14 +191,6 @@ pub(crate) const NOT_UP: SetupError = SetupError::System {
     errno: nix::errno::Errno::ETIMEDOUT,
     fix: "see the message above; a body that needs more than 60 s to load is too slow to start",
 };
-
-fn no_thread(error: &io::Error) -> SetupError {
-    SetupError::System {
-        call: "pthread_create(lane)",
-        errno: nix::errno::Errno::from_raw(error.raw_os_error().unwrap_or_default()),
-        fix: "raise the limit of processes (ulimit -u) or free memory",
-    }
-}
 
 #[cfg(test)]
 mod tests;

@@ -5,7 +5,6 @@
 //! else wants, and its [`Overseer`] is told which lane it was. Under best effort it only tells,
 //! because ordinary threads share their CPU anyway, and the kernel lets nobody without rights leave `SCHED_IDLE`.
 
-use std::io;
 use std::sync::{Arc, mpsc};
 use std::thread::{self, JoinHandle};
 
@@ -97,12 +96,8 @@ impl Watchdog {
                 watch(&slots, fifo.is_some(), &bell, overseer);
             }
         };
-        let no_thread = |error: io::Error| SetupError::System {
-            call: "pthread_create(watchdog)",
-            errno: Errno::from_raw(error.raw_os_error().unwrap_or_default()),
-            fix: "raise the limit of processes (ulimit -u) or free memory",
-        };
-        let thread = thread::Builder::new().name("red-watchdog".into()).spawn(body).map_err(no_thread)?;
+        let thread = thread::Builder::new().name("red-watchdog".into()).spawn(body);
+        let thread = thread.map_err(|error| SetupError::no_thread("pthread_create(watchdog)", &error))?;
         let watchdog = Self { stop, thread: Some(thread) };
         is_ready.recv().expect("the thread reports before anything else")?;
         Ok(watchdog)

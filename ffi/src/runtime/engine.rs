@@ -7,9 +7,11 @@ use super::bodies::{Bodies, Calls, is_in_body};
 use super::called;
 use super::lanes::Lanes;
 use super::notes::{Notes, Teller};
+use super::open::OF_A_RUNTIME;
 use super::report::red_report;
 use super::text;
 use super::values::{red_mode, red_runtime_config};
+use crate::room::room;
 use crate::status::red_status;
 use core::time::Duration;
 use red_core::{Instant, Scheduler};
@@ -19,7 +21,7 @@ use red_rt::control::{AskError, Control, Errand};
 use red_rt::held_cpus::{Choosing, choose_free_cpus};
 use red_rt::report::RunReport;
 use red_rt::runtime::{Mode, Setup, run};
-use red_rt::setup::SetupError;
+use red_rt::setup::{SetupError, has_room_for_threads};
 use red_rt::stop::StopBy;
 use red_rt::timeline::Releases;
 use std::sync::mpsc::{Sender, channel};
@@ -33,6 +35,8 @@ const MOMENT: Duration = Duration::from_millis(2);
 
 /// The scheduler is moved to where lanes share it, and by an unoptimised build over the stack.
 const STACK: usize = if cfg!(debug_assertions) { 32 << 20 } else { 8 << 20 };
+/// A thread of a lane or of the watchdog: its stack, and what it measures.
+const OF_A_THREAD: usize = 3 << 20;
 
 /// What is started.
 pub(crate) struct SetUp {
@@ -62,7 +66,7 @@ pub(crate) enum State {
     SetUp(Box<SetUp>),
     Running,
     Ended(Box<red_report>),
-    Failed(red_status, String),
+    Failed(red_status),
 }
 
 impl State {
@@ -71,7 +75,7 @@ impl State {
         match self {
             Self::SetUp(set_up) => Ok(set_up),
             Self::Running | Self::Ended(_) => Err(red_status::Started),
-            Self::Failed(status, _) => Err(*status),
+            Self::Failed(status) => Err(*status),
         }
     }
 }
@@ -82,6 +86,26 @@ struct Shared {
     lanes: Lanes<Large>,
     state: Mutex<State>,
     ended: Condvar,
+    /// Why what was asked for last did not come to be, and what to do.
+    said: Mutex<String>,
+}
+
+impl Shared {
+    fn said(&self) -> MutexGuard<'_, String> {
+        self.said.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The number of what is missing, whose words are kept.
+    fn failed(&self, error: &SetupError) -> State {
+        *self.said() = text::for_this_program(&error.to_string());
+        State::Failed(match error {
+            SetupError::NotPermitted { .. } => red_status::NotPermitted,
+            SetupError::MoreLanesThanCpus { .. } | SetupError::NotACpuEach { .. } => red_status::Cpus,
+            SetupError::CpuNotUsable { .. } | SetupError::CpusHeld { .. } => red_status::Cpus,
+            SetupError::Preempts => red_status::Preempts,
+            _ => red_status::System,
+        })
+    }
 }
 
 /// A runtime.
@@ -114,6 +138,7 @@ impl Engine {
                 lanes: Lanes::new(),
                 state: Mutex::new(State::SetUp(Box::new(set_up))),
                 ended: Condvar::new(),
+                said: Mutex::default(),
             }),
         })
     }
@@ -136,12 +161,17 @@ impl Engine {
                 thread::sleep(MOMENT);
             }
         }
-        *called.state() = State::Failed(red_status::Closed, String::new());
+        *called.state() = State::Failed(red_status::Closed);
         called.free()
     }
 
     pub(crate) fn state(&self) -> MutexGuard<'_, State> {
         self.shared.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Why what was asked for last did not come to be, and what to do; empty where nothing was refused.
+    pub(crate) fn said(&self) -> MutexGuard<'_, String> {
+        self.shared.said()
     }
 
     /// Makes a call on what is being set up.
@@ -216,44 +246,43 @@ impl Engine {
             return Err(red_status::Busy);
         }
         let mut state = self.state();
-        state.set_up()?;
-        self.shared.lanes.begin();
-        let started = self.start_lanes(&mut state);
-        if started.is_err() {
-            self.shared.lanes.fail();
+        // Each lane, the watchdog and a spare.
+        let threads = state.set_up()?.scheduler.lanes() + 2;
+        room(OF_A_RUNTIME)?;
+        if !has_room_for_threads(STACK + threads * OF_A_THREAD) {
+            return Err(red_status::NoMemory);
         }
-        started
+        self.said().clear();
+        self.shared.lanes.begin();
+        *state = self.start_lanes(&mut state).unwrap_or_else(|error| self.shared.failed(&error));
+        if let State::Failed(status) = *state {
+            self.shared.lanes.fail();
+            return Err(status);
+        }
+        Ok(())
     }
 
-    fn start_lanes(&self, state: &mut State) -> Result<(), red_status> {
+    /// Where it is then.
+    fn start_lanes(&self, state: &mut State) -> Result<State, SetupError> {
         // Until lanes run: of two that start at once each is given what the other one left.
         let _choosing = (self.config.mode == red_mode::RealTime as u32).then(Choosing::begin);
-        let State::SetUp(set_up) =
-            core::mem::replace(state, State::Failed(red_status::Internal, String::new()))
-        else {
-            return Err(red_status::Internal);
+        let State::SetUp(set_up) = core::mem::replace(state, State::Failed(red_status::Internal)) else {
+            return Ok(State::Failed(red_status::Internal));
         };
-        let mode = self.mode(&set_up).map_err(|error| failed(state, &error))?;
+        let mode = self.mode(&set_up)?;
         let (tell, told) = channel();
         let (setup, writer) = self.setup(*set_up, mode);
         let (notes, shared) = (self.notes.clone(), self.shared.clone());
         let run = move || run_to_the_end(setup, writer, notes, &shared, &tell);
         let thread = thread::Builder::new().name("red-run".to_owned()).stack_size(STACK).spawn(run);
-        let Ok(thread) = thread else {
-            let fix = "no thread can be started; fix: raise ulimit -u";
-            *state = State::Failed(red_status::System, fix.to_owned());
-            return Err(red_status::System);
-        };
+        let thread = thread.map_err(|error| SetupError::no_thread("pthread_create(run)", &error))?;
         match told.recv() {
-            Ok(Ok(())) => {
-                *state = State::Running;
-                Ok(())
-            }
+            Ok(Ok(())) => Ok(State::Running),
             Ok(Err(error)) => {
                 let _ended = thread.join();
-                Err(failed(state, &error))
+                Err(error)
             }
-            Err(_) => Err(red_status::Internal),
+            Err(_) => Ok(State::Failed(red_status::Internal)),
         }
     }
 
@@ -311,7 +340,7 @@ impl Engine {
         };
         match *state {
             State::Running => Err(red_status::Timeout),
-            State::Failed(status, _) => Err(status),
+            State::Failed(status) => Err(status),
             State::SetUp(_) | State::Ended(_) => Ok(()),
         }
     }
@@ -334,7 +363,10 @@ fn run_to_the_end(
     let ran: Result<RunReport, SetupError> =
         run(setup, Teller(notes), started, |_now_ns| ()).map(|(_host, report)| report);
     let log_dropped = writer.map_or(0, |writer| {
-        let totals = writer.finish().0;
+        let (totals, why) = writer.finish();
+        if let Some(why) = why {
+            *shared.said() = format!("the log is not whole: {why}; fix: give it room, or another place");
+        }
         // A log that could not be closed is not whole either.
         totals.dropped.max(totals.cut.is_some().into())
     });
@@ -350,20 +382,7 @@ fn run_to_the_end(
     let mut state = shared.state.lock().unwrap_or_else(PoisonError::into_inner);
     match ran {
         Ok(report) => *state = State::Ended(Box::new(red_report::of(&report, log_dropped))),
-        Err(error) => _ = failed(&mut state, &error),
+        Err(error) => *state = shared.failed(&error),
     }
     shared.ended.notify_all();
-}
-
-/// The number of what is missing, whose words are kept.
-fn failed(state: &mut State, error: &SetupError) -> red_status {
-    let status = match error {
-        SetupError::NotPermitted { .. } => red_status::NotPermitted,
-        SetupError::MoreLanesThanCpus { .. } | SetupError::NotACpuEach { .. } => red_status::Cpus,
-        SetupError::CpuNotUsable { .. } | SetupError::CpusHeld { .. } => red_status::Cpus,
-        SetupError::Preempts => red_status::Preempts,
-        _ => red_status::System,
-    };
-    *state = State::Failed(status, text::for_this_program(&error.to_string()));
-    status
 }

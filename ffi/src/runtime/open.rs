@@ -1,6 +1,7 @@
 #![allow(unsafe_code, reason = "names of C")]
 //! A runtime is opened, closed, and asked where it is.
 
+use super::bodies::is_in_body;
 use super::called::engine;
 use super::engine::{Engine, State};
 use super::report::red_report;
@@ -52,8 +53,8 @@ fn scheduler(config: Config) -> Box<Scheduler<Large>> {
 /// Opens a runtime: a scheduler of 16 tasks of 256 nodes and 64 jobs in flight, and lanes for it once it is started. Takes about
 /// 2 MiB of memory, and as much again when it is started.
 ///
-/// Threads: any, at once. Real time: no. Time: O(memory). Errors: RED_STATUS_OUT_OF_RANGE: a field of a configuration,
-/// RED_STATUS_NO_LANE, RED_STATUS_POOLS_FULL: more than 32 lanes, RED_STATUS_PREEMPTS, RED_STATUS_TOO_MANY_OPEN,
+/// Threads: any but a body's, at once. Real time: no. Time: O(memory). Errors: RED_STATUS_OUT_OF_RANGE: a field of a
+/// configuration, each of which says its range; RED_STATUS_BUSY: from a body, RED_STATUS_NO_LANE, RED_STATUS_POOLS_FULL: more than 32 lanes, RED_STATUS_PREEMPTS, RED_STATUS_TOO_MANY_OPEN,
 /// RED_STATUS_NO_MEMORY.
 #[unsafe(no_mangle)]
 pub extern "C" fn red_runtime_open(
@@ -75,6 +76,9 @@ pub extern "C" fn red_runtime_open(
             0 => return Err(red_status::NoLane),
             1..=32 => {}
             _ => return Err(red_status::PoolsFull),
+        }
+        if is_in_body() {
+            return Err(red_status::Busy);
         }
         room(OF_A_RUNTIME)?;
         out.put(red_runtime { bits: Engine::open(config, scheduler(policy))? });
@@ -116,11 +120,12 @@ fn state_of(state: &State) -> red_runtime_state {
         State::SetUp(_) => red_runtime_state::SetUp,
         State::Running => red_runtime_state::Running,
         State::Ended(_) => red_runtime_state::Ended,
-        State::Failed(..) => red_runtime_state::Failed,
+        State::Failed(_) => red_runtime_state::Failed,
     }
 }
 
-/// Why red_runtime_start was refused, in words, with what to do about it; empty where it was not. Up to `room` bytes into
+/// Why red_runtime_start or red_runtime_record was refused, or a log that was begun is not whole at the end, in words, with what
+/// to do about it; empty where nothing of that is so. Up to `room` bytes into
 /// `text`, with the byte that ends it, and how many it takes into `count`; if they are more than `room`, only that.
 ///
 /// Threads: any, at once. Real time: no. Time: O(length), but until a start that goes on is over. Errors:
@@ -134,8 +139,8 @@ pub extern "C" fn red_runtime_message(
 ) -> red_status {
     on(runtime, |engine| {
         let out = Room::of(text.cast::<u8>(), room, count)?;
-        let state = engine.state();
-        let said = if let State::Failed(_, said) = &*state { said.as_str() } else { "" };
+        // Not between a refusal and its words.
+        let (_state, said) = (engine.state(), engine.said());
         Ok(out.fill(said.bytes().filter(|byte| *byte != 0).chain([0])))
     })
 }

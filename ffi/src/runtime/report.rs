@@ -83,7 +83,8 @@ pub struct red_report {
     pub dispatch_p99_ns: u64,
     /// At the end: as dispatch_p50_ns, the longest.
     pub dispatch_max_ns: u64,
-    /// At the end, if it was recorded: inputs that found no room in the log, which then is not whole.
+    /// At the end, if it was recorded: inputs that found no room in the log, which then is not whole;
+    /// red_runtime_message says why if the system did not take it.
     pub log_dropped: u64,
 }
 plain!(red_report {

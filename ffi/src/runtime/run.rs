@@ -1,13 +1,12 @@
 #![allow(unsafe_code, reason = "names of C")]
 //! A runtime that runs: started, released to, asked, stopped.
 
-use super::open::{OF_A_RUNTIME, on, with_room};
+use super::open::{on, with_room};
 use super::values::red_runtime;
 use crate::action::red_outcome;
 use crate::boundary::{OutGrowing, Room};
 use crate::event::{red_event, red_figures};
 use crate::machine::figures;
-use crate::room::room;
 use crate::status::red_status;
 use crate::values::RED_NONE_64;
 use core::time::Duration;
@@ -25,7 +24,6 @@ use red_rt::control::Refused;
 #[unsafe(no_mangle)]
 pub extern "C" fn red_runtime_start(runtime: *mut red_runtime) -> red_status {
     on(runtime, |engine| {
-        room(OF_A_RUNTIME)?;
         engine.start()?;
         Ok(red_status::Ok)
     })

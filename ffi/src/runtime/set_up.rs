@@ -12,7 +12,7 @@ use crate::status::{flat, red_status, status};
 use core::ffi::c_char;
 use red_core::{Duration, TaskId};
 use red_record::class::Large;
-use red_record::{Header, Writer};
+use red_record::{Header, StartError, Writer};
 use red_rt::timeline::Releases;
 use std::path::Path;
 
@@ -108,7 +108,7 @@ pub extern "C" fn red_runtime_every(
 /// else is set up.
 ///
 /// Threads: any, at once. Real time: no. Time: one file is created. Errors: RED_STATUS_TEXT, RED_STATUS_LOG_LATE,
-/// RED_STATUS_LOG_FILE: errno says why, RED_STATUS_STARTED, RED_STATUS_FORKED, RED_STATUS_NO_MEMORY.
+/// RED_STATUS_LOG_FILE: red_runtime_message and errno say why, RED_STATUS_STARTED, RED_STATUS_FORKED, RED_STATUS_NO_MEMORY.
 #[unsafe(no_mangle)]
 pub extern "C" fn red_runtime_record(runtime: *mut red_runtime, path: *const c_char) -> red_status {
     on(runtime, |engine| {
@@ -119,11 +119,19 @@ pub extern "C" fn red_runtime_record(runtime: *mut red_runtime, path: *const c_c
                 return Err(red_status::LogLate);
             }
             let program = concat!("libred ", env!("CARGO_PKG_VERSION"));
-            let mut header = Header::by_calls::<Large>(program, "by calls", *set_up.scheduler.config());
+            let mut header = Header::by_calls::<Large>(program, "custom", *set_up.scheduler.config());
             header.realtime = engine.config.mode == red_mode::RealTime as u32;
             header.duration_ns = engine.config.duration_ns;
-            let (writer, tape) =
-                Writer::start(Path::new(&path), &header).map_err(|why| no_file(Some(why.into())))?;
+            let (writer, tape) = Writer::start(Path::new(&path), &header).map_err(|why| {
+                let fix = if matches!(why, StartError::File(_)) {
+                    "; fix: choose a file that can be written"
+                } else {
+                    ""
+                };
+                *engine.said() = format!("{path}: {why}{fix}");
+                no_file(Some(why.into()))
+            })?;
+            engine.said().clear();
             (set_up.writer, set_up.tape) = (Some(writer), Some(tape));
             Ok(red_status::Ok)
         })

@@ -94,8 +94,9 @@ pub const RED_BODY_FAILED: c_int = 1;
 /// A C++ exception came out of a body. The trampoline of red.hpp returns it; it is counted apart.
 pub const RED_BODY_THREW: c_int = 2;
 
-/// What runs for a node, on a lane's thread: `user` is what came with it. It must return, and must not throw. It may release
-/// jobs and stop the runtime; whatever would wait for a lane is RED_STATUS_BUSY there.
+/// What runs for a node, on a lane's thread: `user` is what came with it. It must return: not throw, not leave by longjmp, not
+/// end its thread by pthread_exit. It may release jobs and stop the runtime; whatever would wait for a lane is
+/// RED_STATUS_BUSY there.
 pub type red_body = Option<extern "C" fn(user: *mut c_void, context: *const red_context) -> c_int>;
 
 /// Which body runs for a node. This struct does not grow.

@@ -66,7 +66,7 @@ static void failures(void) {
 
 /* What a body may do is done; what would wait for its own lane is refused, and nothing stands still. */
 static struct {
-    red_status add_task, remove_task, certificate, edit, commit, figures, start, wait, close, release, report;
+    red_status add_task, remove_task, certificate, edit, commit, figures, open, start, wait, close, release, report;
     int done;
 } said;
 static red_dag edit;
@@ -87,6 +87,10 @@ static int calls_back(void *user, const red_context *context) {
     said.edit = red_runtime_edit(&runtime, task, &memory, sizeof memory, &dag);
     said.commit = red_runtime_commit(&runtime, &edit, NULL, 0, &proof);
     said.figures = red_runtime_figures(&runtime, &figures);
+    const red_config policy = preset(RED_PRESET_REDRT);
+    const red_runtime_config config = config_of(RED_MODE_BEST_EFFORT);
+    red_runtime another = {0};
+    said.open = red_runtime_open(&policy, &config, &another);
     said.start = red_runtime_start(&runtime);
     said.wait = red_runtime_wait(&runtime, RED_NONE_64);
     said.close = red_runtime_close(&copy);
@@ -115,6 +119,7 @@ static void re_entry(void) {
     SAID(RED_STATUS_BUSY, edit);
     SAID(RED_STATUS_BUSY, commit);
     SAID(RED_STATUS_BUSY, figures);
+    SAID(RED_STATUS_BUSY, open);
     SAID(RED_STATUS_BUSY, start);
     SAID(RED_STATUS_BUSY, wait);
     SAID(RED_STATUS_BUSY, close);

@@ -113,6 +113,14 @@ static int threads(void) {
     return count;
 }
 
+/* What the runtime says in words begins so, and says what to do; or it says nothing. */
+static void said(red_runtime *runtime, const char *begin) {
+    char text[512];
+    size_t count = 7;
+    CALL(RED_OK, red_runtime_message, runtime, text, sizeof text, &count);
+    EXPECT(strncmp(text, begin, strlen(begin)) == 0 && (begin[0] != 0 ? strstr(text, "fix: ") != NULL : count == 1));
+}
+
 static void logs(void) {
     red_runtime runtime = open_runtime(1);
     static char endless[5000];
@@ -124,9 +132,11 @@ static void logs(void) {
     errno = 0;
     CALL(RED_STATUS_LOG_FILE, red_runtime_record, &runtime, "/no such folder/red.redlog");
     EXPECT(errno == ENOENT);
+    said(&runtime, "/no such folder/red.redlog: No such file");
     char path[] = "red-test-XXXXXX";
     const int file = new_file(path);
     CALL(RED_OK, red_runtime_record, &runtime, path);
+    said(&runtime, "");
     CALL(RED_STATUS_LOG_LATE, red_runtime_record, &runtime, path);
     const uint32_t task = add_task_of(&runtime, nothing, NULL);
     CALL(RED_OK, red_runtime_every, &runtime, task, 0, 0);
@@ -139,6 +149,24 @@ static void logs(void) {
     EXPECT(report.log_dropped == 0 && report.units == 1);
     CALL(RED_OK, red_runtime_close, &runtime);
     EXPECT(lseek(file, 0, SEEK_END) > 100);
+
+    /* No room on the disk: of this process, a limit. */
+    runtime = open_runtime(1);
+    CALL(RED_OK, red_runtime_record, &runtime, path);
+    struct rlimit before, tight;
+    EXPECT(getrlimit(RLIMIT_FSIZE, &before) == 0);
+    tight = before;
+    tight.rlim_cur = 1;
+    signal(SIGXFSZ, SIG_IGN);
+    EXPECT(setrlimit(RLIMIT_FSIZE, &tight) == 0);
+    CALL(RED_OK, red_runtime_start, &runtime);
+    CALL(RED_OK, red_runtime_stop, &runtime);
+    CALL(RED_OK, red_runtime_wait, &runtime, RED_NONE_64);
+    EXPECT(setrlimit(RLIMIT_FSIZE, &before) == 0);
+    CALL(RED_OK, red_runtime_report, &runtime, &report);
+    EXPECT(report.log_dropped > 0);
+    said(&runtime, "the log is not whole: File too large");
+    CALL(RED_OK, red_runtime_close, &runtime);
     close(file);
     unlink(path);
 }

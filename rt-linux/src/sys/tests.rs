@@ -2,7 +2,7 @@ use std::sync::atomic::AtomicU32;
 
 use nix::errno::Errno;
 
-use super::{PiMutex, futex_wait, futex_wake, stack_room, timespec};
+use super::{PiMutex, futex_wait, futex_wake, has_address_space, stack_room, timespec};
 
 #[test]
 fn a_futex_that_has_changed_does_not_sleep() {
@@ -12,6 +12,11 @@ fn a_futex_that_has_changed_does_not_sleep() {
 #[test]
 fn a_futex_reports_the_time() {
     assert!(futex_wait(&AtomicU32::new(0), 0, Some(0)));
+}
+
+#[test]
+fn there_is_address_space_and_not_any_amount_of_it() {
+    assert!(has_address_space(1 << 20) && !has_address_space(usize::MAX >> 1));
 }
 
 #[test]
