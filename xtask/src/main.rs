@@ -32,6 +32,7 @@ mod cross;
 mod depth;
 mod faults;
 mod fuzz;
+mod lock_files;
 mod loom;
 mod loom_mutants;
 mod miri;

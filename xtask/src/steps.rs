@@ -11,6 +11,7 @@ use crate::cross::{self, CORTEX_M0, CORTEX_M4};
 use crate::depth::Depth;
 use crate::faults;
 use crate::fuzz;
+use crate::lock_files;
 use crate::loom;
 use crate::miri;
 use crate::preempt_rt;
@@ -64,7 +65,11 @@ const STEPS: &[Step] = &[
     Step { name: "models", what: "the networks are what their generator makes", run: models },
     Step { name: "onnx", what: "a second inference engine agrees on the networks", run: onnx },
     Step { name: "examples", what: "every example runs", run: examples },
-    Step { name: "deny", what: "licences, sources and duplicates of the dependencies", run: deny },
+    Step {
+        name: "deny",
+        what: "licences, sources, duplicates and lock files of the dependencies",
+        run: deny,
+    },
     Step { name: "fuzz", what: "random inputs for the readers and the calls", run: fuzz::step },
     Step {
         name: "miri",
@@ -197,5 +202,6 @@ fn examples(workspace: &Workspace, _: Depth) -> Result<Tally, Failure> {
 }
 
 fn deny(workspace: &Workspace, _: Depth) -> Result<Tally, Failure> {
+    lock_files::check(workspace)?;
     tools::cargo_deny(workspace)?.args(&["check", "bans", "licenses", "sources"]).stream()
 }

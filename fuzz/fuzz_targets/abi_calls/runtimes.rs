@@ -18,6 +18,9 @@ use crate::world::{Kind, Open, Thing, World};
 /// Lanes at most, and CPUs.
 const LANES: usize = 32;
 const CPUS: u32 = 1024;
+/// What a runtime says of a log at `NOWHERE`.
+const NO_FILE: &str =
+    "/no folder/red.redlog: No such file or directory (os error 2); fix: choose a file that can be written";
 
 impl World<'_> {
     fn runtime(&mut self, name: &'static str) -> (*mut red_runtime, usize) {
@@ -92,10 +95,11 @@ pub(crate) fn state_of(w: &mut World<'_>) {
 }
 
 pub(crate) fn message(w: &mut World<'_>) {
-    let (handle, _) = w.runtime("red_runtime_message");
-    let room = w.room::<u8>(20);
+    let (handle, at) = w.runtime("red_runtime_message");
+    let room = w.room::<u8>(120);
     let status = red_runtime_message(handle, room.pointer.cast(), room.room, room.count.pointer);
-    let said = w.expected(|_| Ok(())).and_then(|()| w.fill(room, &[0_u8]));
+    let text = w.expected(|w| Ok([w.twin(at).1.said.as_bytes(), &[0]].concat()));
+    let said = text.and_then(|text| w.fill(room, &text));
     w.judge(status, said, None);
 }
 
@@ -239,6 +243,7 @@ pub(crate) fn record(w: &mut World<'_>) {
     let begun = w.expected(|w| {
         let (twin, stream) = w.twin(at);
         or(twin.is_new() && stream.log.is_none(), red_status::LogLate)?;
+        stream.said = if is_somewhere { "" } else { NO_FILE };
         or(is_somewhere, red_status::LogFile)?;
         stream.log = Some(nobody_reads_it.into());
         Ok(())

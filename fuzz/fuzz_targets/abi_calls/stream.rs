@@ -26,6 +26,8 @@ pub(crate) struct Stream {
     preempts: bool,
     /// Where its log is, if it has one.
     pub(crate) log: Option<PathBuf>,
+    /// What a runtime says went wrong.
+    pub(crate) said: &'static str,
 }
 
 impl Stream {
