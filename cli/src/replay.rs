@@ -235,7 +235,9 @@ fn differs<C: Capacity>(difference: &Difference, names: &Names, scheduler: &Sche
     };
     let of_unit = |unit: Option<UnitId>| names.of_unit(unit?, scheduler);
     let answer = |answer: &red_record::Answer| match answer {
-        red_record::Answer::Started(started) => with(answer.to_string(), names.of_start(started)),
+        red_record::Answer::Started(started) | red_record::Answer::Ahead(started) => {
+            with(answer.to_string(), names.of_start(started))
+        }
         _ => with(answer.to_string(), of_unit(answer.unit())),
     };
     let Difference { input, before, recorded, now } = difference;

@@ -43,6 +43,8 @@ pub enum Call {
         /// Its memory budget.
         memory: Option<Bytes>,
     },
+    /// `dispatch_ahead`.
+    DispatchAhead(PoolId),
     /// `add_sensor`, with its period.
     AddSensor(Duration),
     /// No call: a node of the graph of the next `AddTask` or `Commit`.
@@ -94,6 +96,8 @@ pub enum Answer {
     Nothing,
     /// Of a poll: a unit starts.
     Started(Started),
+    /// Of a poll: a unit is given to its lane and starts there later.
+    Ahead(Started),
     /// Of a poll: a unit loses its lane.
     Preempted(UnitId),
     /// Of a poll, or of `take_outcome`: a job ended.
@@ -170,17 +174,18 @@ impl Answer {
         match action {
             None => Self::Nothing,
             Some(Action::Dispatch(dispatch)) => Self::Started(Started::of(scheduler, dispatch.unit, starts)),
+            Some(Action::Ahead(dispatch)) => Self::Ahead(Started::of(scheduler, dispatch.unit, starts)),
             Some(Action::Preempt(dispatch)) => Self::Preempted(dispatch.unit),
             Some(Action::Ended(outcome)) => Self::Ended(outcome),
             Some(_) => Self::Unknown,
         }
     }
 
-    /// The unit that it starts or stops.
+    /// The unit that it starts, gives or stops.
     #[must_use]
     pub const fn unit(&self) -> Option<UnitId> {
         match self {
-            Self::Started(started) => Some(started.unit),
+            Self::Started(started) | Self::Ahead(started) => Some(started.unit),
             Self::Preempted(unit) => Some(*unit),
             _ => None,
         }
@@ -189,7 +194,10 @@ impl Answer {
     /// Whether the host has something to do.
     #[must_use]
     pub const fn is_action(&self) -> bool {
-        matches!(self, Self::Started(_) | Self::Preempted(_) | Self::Ended(_) | Self::Unknown)
+        matches!(
+            self,
+            Self::Started(_) | Self::Ahead(_) | Self::Preempted(_) | Self::Ended(_) | Self::Unknown
+        )
     }
 }
 
@@ -213,6 +221,7 @@ impl fmt::Display for Call {
                 write!(f, "add pool of {lanes} lanes")?;
                 memory.map_or(Ok(()), |bytes| write!(f, " and {} bytes", bytes.0))
             }
+            Self::DispatchAhead(pool) => write!(f, "dispatch ahead in pool {}", pool.index()),
             Self::AddSensor(period) => write!(f, "add sensor of period {} ns", period.as_nanos()),
             Self::Node { place, node } => node_in(f, *place, node),
             Self::Edges { from, group, to } => {
@@ -239,6 +248,10 @@ impl fmt::Display for Answer {
             Self::Edited(Err(e)) => write!(f, "refused: {e:?}"),
             Self::Nothing => f.write_str("nothing"),
             Self::Started(started) => started_unit(f, started),
+            Self::Ahead(started) => {
+                f.write_str("ahead: ")?;
+                started_unit(f, started)
+            }
             Self::Preempted(unit) => write!(f, "preempt {}", Named(*unit)),
             Self::Ended(outcome) => ended(f, outcome),
             Self::Unknown => f.write_str("an action that this version does not know"),

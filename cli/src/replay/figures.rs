@@ -3,7 +3,7 @@
 use super::Opened;
 use crate::session::Robot;
 use red_core::{CompleteError, Instant, Member, Scheduler, UnitId};
-use red_record::{Answer, Call, Entry};
+use red_record::{Answer, Call, Entry, Started};
 use red_sim::{Past, PoolMetrics, Report};
 use red_workload::build::Numbered;
 use red_workload::metrics::{TaskLog, summarise};
@@ -16,8 +16,7 @@ pub(super) struct Figures {
     logs: Vec<TaskLog>,
     deadlines_ns: Vec<u64>,
     nodes: Vec<Vec<Numbered>>,
-    /// Units that run: since when, and their members.
-    running: HashMap<UnitId, (u64, Vec<Member>)>,
+    running: HashMap<UnitId, OnLane>,
     /// By lane.
     busy_ns: [u64; 32],
     nodes_missed: u64,
@@ -25,6 +24,14 @@ pub(super) struct Figures {
     pub(super) end: Instant,
     /// Whether jobs were in flight then.
     pub(super) left_open: bool,
+}
+
+/// A unit on its lane.
+struct OnLane {
+    since: u64,
+    members: Vec<Member>,
+    /// Units that end before it starts.
+    after: Vec<UnitId>,
 }
 
 impl Figures {
@@ -63,8 +70,11 @@ impl Figures {
                     log.ended(&outcome);
                 }
             }
-            (_, Answer::Started(started)) => {
-                self.running.insert(started.unit, (now, scheduler.members(started.unit).collect()));
+            (_, Answer::Started(Started { unit, .. }) | Answer::Ahead(Started { unit, .. })) => {
+                let beside = self.running.keys().filter(|other| other.lane() == unit.lane()).copied();
+                let after = scheduler.waits_for(unit).chain(beside).collect();
+                let members = scheduler.members(unit).collect();
+                self.running.insert(unit, OnLane { since: now, members, after });
             }
             (Call::Complete(unit), Answer::Reported(Ok(()) | Err(CompleteError::Late))) => {
                 self.executed(unit, now);
@@ -90,13 +100,31 @@ impl Figures {
 
     /// A unit left its lane: how long it had that, and its members.
     fn left(&mut self, unit: UnitId, now: u64) -> Option<(u64, Vec<Member>)> {
-        let (since, members) = self.running.remove(&unit)?;
+        let OnLane { since, members, .. } = self.running.remove(&unit)?;
+        self.running
+            .values_mut()
+            .filter(|other| other.after.contains(&unit))
+            .for_each(|other| other.since = now);
         let took = now.saturating_sub(since);
         self.busy_ns[unit.lane().index() % 32] += took;
         Some((took, members))
     }
 
     fn executed(&mut self, unit: UnitId, now: u64) {
+        // Its end told of theirs.
+        while let Some(before) = self.before(unit) {
+            self.executed_alone(before, now);
+        }
+        self.executed_alone(unit, now);
+    }
+
+    /// A unit that runs and ended before this one.
+    fn before(&self, unit: UnitId) -> Option<UnitId> {
+        let after = &self.running.get(&unit)?.after;
+        after.iter().find(|before| self.running.contains_key(before)).copied()
+    }
+
+    fn executed_alone(&mut self, unit: UnitId, now: u64) {
         let Some((took, members)) = self.left(unit, now) else { return };
         for member in members {
             self.nodes_missed += u64::from(now > member.sub_deadline.as_nanos());

@@ -66,7 +66,7 @@ impl Names {
                     *released = 0;
                 }
             }
-            (_, Answer::Started(started)) => {
+            (_, Answer::Started(started) | Answer::Ahead(started)) => {
                 if let Some(job) = self.job(started.job) {
                     self.units.truncate(UNITS - 1);
                     self.units.push_front((started.unit, job));

@@ -13,6 +13,10 @@ pub enum Action {
     Dispatch(Dispatch),
     /// Take the lane from this unit; `suspend` was applied already. Only under `Config::preempt`.
     Preempt(Dispatch),
+    /// Give this unit to its lane, which starts it after what it runs and after
+    /// [`waits_for`](crate::Scheduler::waits_for); report it as any other, in the order of its lane. Only in pools that
+    /// [dispatch ahead](crate::Scheduler::dispatch_ahead).
+    Ahead(Dispatch),
     /// A job ended. Nothing is left to do for it, but a lane that still runs one of its units must report.
     Ended(Outcome),
 }

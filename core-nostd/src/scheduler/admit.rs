@@ -2,7 +2,7 @@
 
 use super::Scheduler;
 use super::tasks::{AddTaskError, Timing};
-use crate::analysis::{Certificate, response_time};
+use crate::analysis::{Bound, Certificate, response_time};
 use crate::capacity::{Capacity, Empty};
 use crate::config::Admission;
 use crate::graph::{Levels, Role};
@@ -44,7 +44,33 @@ impl<C: Capacity> Scheduler<C> {
         let mut budgets = <C::Pools<Option<Bytes>>>::EMPTY;
         (0..C::POOLS).for_each(|p| budgets[p] = self.pools[p].limited.then_some(Bytes(self.pools[p].budget)));
         let limit = timing.period.map_or(timing.deadline, |t| t.min(timing.deadline));
-        response_time(levels, limit, self.lanes_by_pool().as_ref(), budgets.as_ref())
+        let lanes = self.lanes_by_pool();
+        let proof = response_time(levels, limit, lanes.as_ref(), budgets.as_ref());
+        if self.ahead == 0 { proof } else { self.held_lanes(levels, proof, lanes) }
+    }
+
+    /// The certificate where lanes may wait: each node adds the longest of its predecessors to the work of its pool.
+    fn held_lanes(&self, levels: &Levels<'_, C>, mut proof: Certificate, lanes: C::Pools<u8>) -> Certificate {
+        let (mut held, mut before) = (<C::Pools<u64>>::EMPTY, <C::Nodes<u64>>::EMPTY);
+        for place in levels.places() {
+            let node = levels.dag.at(place);
+            let pool = node.pool.index();
+            let own = if self.ahead >> pool & 1 != 0 { before[place] } else { 0 };
+            held[pool] = held[pool].saturating_add(own);
+            let same = |after: &usize| levels.dag.at(*after).pool == node.pool;
+            let after = levels.dag.out(place).iter().filter(same);
+            after.for_each(|after| before[after] = before[after].max(node.cost()));
+        }
+        let share = |pool: usize| held[pool].div_ceil(lanes[pool].max(1).into());
+        let more = (0..C::POOLS).map(share).fold(0, u64::saturating_add);
+        if more > 0 && matches!(proof.bound, Bound::LongPath { .. }) {
+            // That counts on lanes that work.
+            let rest = proof.work.as_nanos() - proof.critical_path.as_nanos();
+            let graham = proof.critical_path.as_nanos() + rest.div_ceil(proof.lanes.max(1).into());
+            (proof.bound, proof.response) = (Bound::Graham, Duration::from_nanos(graham));
+        }
+        proof.response = Duration::from_nanos(proof.response.as_nanos().saturating_add(more));
+        proof
     }
 
     pub(super) fn lanes_by_pool(&self) -> C::Pools<u8> {

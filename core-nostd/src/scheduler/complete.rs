@@ -28,11 +28,11 @@ impl<C: Capacity> Scheduler<C> {
         self.advance(now);
         let lane = unit.lane().index();
         if lane >= C::LANES || self.lanes[lane].unit != unit || unit == UnitId::EMPTY {
-            return Err(self.refuse(unit));
+            return self.complete_ahead(unit);
         }
         let l = &self.lanes[lane];
         let (slot, rank) = (usize::from(l.slot), usize::from(l.rank));
-        if l.merged | l.is_encoder {
+        if l.merged | l.is_encoder | l.leads {
             cold_path();
             return self.complete_shared(lane);
         }
@@ -45,13 +45,14 @@ impl<C: Capacity> Scheduler<C> {
     /// The unit failed: all its members' jobs are given up with the reason `fault`. Errors: [`CompleteError`].
     pub fn fail(&mut self, unit: UnitId, now: Instant) -> Result<(), CompleteError> {
         self.advance(now);
-        let lane = self.lane_of(unit).ok_or_else(|| self.refuse(unit))?;
+        let Some(lane) = self.lane_of(unit) else { return self.fail_ahead(unit) };
         let l = self.vacate(lane);
         bits(l.members).for_each(|slot| self.end_job(slot, Some(ShedReason::Fault)));
         match usize::from(l.output).checked_sub(1) {
             Some(place) if l.is_encoder => self.lose_output(place),
             _ => self.stop_reading(l.output),
         }
+        self.keep_promises();
         self.was_wanted(l.members)
     }
 
@@ -66,7 +67,7 @@ impl<C: Capacity> Scheduler<C> {
     }
 
     #[cold]
-    fn refuse(&self, unit: UnitId) -> CompleteError {
+    pub(super) fn refuse(&self, unit: UnitId) -> CompleteError {
         if unit == UnitId::EMPTY || unit.to_bits() >> 16 > self.units {
             CompleteError::NotRunning
         } else {

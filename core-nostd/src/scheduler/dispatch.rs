@@ -10,7 +10,7 @@ use core::hint::cold_path;
 
 impl<C: Capacity> Scheduler<C> {
     /// The next thing to do, or `None` until something happens or `poll_at` comes. Between two events it answers
-    /// at most once per lane and ended job. Time bound: O(log jobs) per dispatched node, else the module's table.
+    /// at most once per lane and ended job, and once more per lane where a pool dispatches ahead. Time bound: O(log jobs) per dispatched node, else the module's table.
     #[must_use = "an action that is not carried out is lost"]
     #[inline]
     pub fn poll(&mut self, now: Instant) -> Option<Action> {
@@ -59,6 +59,11 @@ impl<C: Capacity> Scheduler<C> {
                 if let Some(action) = self.preempt(pool) {
                     return answer(Some(action));
                 }
+            }
+            if self.ahead >> pool & 1 != 0
+                && let Some(unit) = self.promise(pool)
+            {
+                return answer(Some(Action::Ahead(Dispatch { unit, lane: unit.lane() })));
             }
             self.active &= !(1 << pool);
         }

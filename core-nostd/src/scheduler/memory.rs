@@ -43,7 +43,11 @@ impl<C: Capacity> Scheduler<C> {
         self.most_pressing(pool, |slot, rank| self.fits(pool, slot, rank))
     }
 
-    fn most_pressing(&self, pool: usize, will_do: impl Fn(usize, usize) -> bool) -> Option<(usize, usize)> {
+    pub(super) fn most_pressing(
+        &self,
+        pool: usize,
+        will_do: impl Fn(usize, usize) -> bool,
+    ) -> Option<(usize, usize)> {
         let first = |slot: usize| {
             let ready = self.jobs[slot].ready.and(&self.version(slot).in_pool[pool]);
             let rank = ready.iter().find(|rank| will_do(slot, *rank))?;
@@ -56,7 +60,7 @@ impl<C: Capacity> Scheduler<C> {
         self.pools[pool].free == self.pools[pool].lanes
     }
 
-    fn fits(&self, pool: usize, slot: usize, rank: usize) -> bool {
+    pub(super) fn fits(&self, pool: usize, slot: usize, rank: usize) -> bool {
         let p = &self.pools[pool];
         p.used.saturating_add(self.node(slot, rank).memory.0) <= p.budget
     }

@@ -29,6 +29,7 @@
 
 pub(crate) mod action;
 mod admit;
+mod ahead;
 pub(crate) mod complete;
 mod dispatch;
 pub(crate) mod edit;
@@ -53,6 +54,7 @@ use crate::config::{Config, Reassign};
 use crate::graph::node_set::bits;
 use crate::policy::frame_cache::Output;
 use crate::time::{Duration, Instant};
+use ahead::Promise;
 use core::hint::cold_path;
 use core::ops::Range;
 use event::Record;
@@ -107,8 +109,11 @@ crate::capacity::stored! {
         alarm: Instant,
         /// Start of the monitor's current tick.
         window: Instant,
-        /// Pools that may have something to start, a bit each.
+        /// Pools that may have something to start, a bit each; those that dispatch ahead.
         active: u32,
+        ahead: u32,
+        /// Lanes on which a unit waits, a bit each.
+        promised: u32,
         /// Slots of jobs in flight, and of ended jobs whose outcome was not taken, a bit each.
         in_flight: u64,
         ended: u64,
@@ -131,6 +136,7 @@ crate::capacity::stored! {
         tasks: C::Tasks<Task<C>>,
         outputs: C::Nodes<Output>,
         suspended: C::Lanes<Suspended>,
+        promises: C::Lanes<Promise>,
         sensors: C::Nodes<Duration>,
         monitor: Monitor,
         counters: Counters,

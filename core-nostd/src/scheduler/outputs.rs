@@ -85,6 +85,7 @@ impl<C: Capacity> Scheduler<C> {
         } else {
             self.stop_reading(l.output);
         }
+        self.keep_promises();
         self.was_wanted(l.members)
     }
 
@@ -191,6 +192,7 @@ impl<C: Capacity> Scheduler<C> {
             }
         }
         self.jobs[slot].running = NodeSet::EMPTY;
+        self.break_promises(slot);
         // Its head may have been what did not fit into memory.
         self.active |= self.version(slot).pool_mask;
         self.age_keys();

@@ -29,6 +29,8 @@ crate::capacity::stored! {
         /// Result that the unit writes (encoder) or reads (decoder), plus one.
         pub(super) output: u16,
         pub(super) is_encoder: bool,
+        /// Whether its end may start a unit that was dispatched ahead.
+        pub(super) leads: bool,
     }
 }
 
@@ -65,7 +67,7 @@ crate::capacity::values! {
         pub lane: LaneId,
         /// The lane's pool.
         pub pool: PoolId,
-        /// When it started.
+        /// When it started; of one that was dispatched ahead and has not, the time now.
         pub started: Instant,
         /// The worst-case execution time of the first member's node.
         pub wcet: Duration,
@@ -76,28 +78,33 @@ crate::capacity::values! {
 }
 
 impl<C: Capacity> Scheduler<C> {
-    /// What a unit is, while it runs and one of its jobs is in flight.
+    /// What a unit is, while it runs, or waits on its lane, and one of its jobs is in flight.
     #[must_use]
     pub fn unit(&self, unit: UnitId) -> Option<Unit> {
-        let lane = self.lane_of(unit)?;
+        let Some(lane) = self.lane_of(unit) else { return self.unit_ahead(unit) };
         let l = &self.lanes[lane];
         let (slot, rank) = (usize::from(l.slot), usize::from(l.rank));
-        (l.members != 0).then(|| Unit {
+        (l.members != 0).then(|| self.told(slot, rank, lane, l.started, l.output))
+    }
+
+    pub(super) fn told(&self, slot: usize, rank: usize, lane: usize, started: Instant, output: u16) -> Unit {
+        Unit {
             first: self.member(slot, rank),
             lane: LaneId::new(lane as u8),
-            pool: PoolId::new(l.pool),
-            started: l.started,
+            pool: PoolId::new(self.lanes[lane].pool),
+            started,
             wcet: self.node(slot, rank).wcet.get(),
-            output: l.output.checked_sub(1),
-        })
+            output: output.checked_sub(1),
+        }
     }
 
     /// The members of a unit that runs: one, or the encoders that share one execution.
     pub fn members(&self, unit: UnitId) -> impl Iterator<Item = Member> + '_ {
-        self.lane_of(unit).into_iter().flat_map(move |lane| {
+        let running = self.lane_of(unit).into_iter().flat_map(move |lane| {
             let ranks = move |slot| self.ranks_on(slot, lane).map(move |rank| self.member(slot, rank));
             bits(self.lanes[lane].members).flat_map(ranks)
-        })
+        });
+        running.chain(self.unit_ahead(unit).map(|unit| unit.first))
     }
 
     /// The lane that runs a unit.
@@ -140,29 +147,35 @@ impl<C: Capacity> Scheduler<C> {
     /// Gives a ready rank, which is `node`, a lane.
     #[inline(always)]
     pub(super) fn start(&mut self, slot: usize, rank: usize, node: u8, lane: usize) -> UnitId {
+        self.units += 1;
+        let unit = UnitId::new(self.units, node, lane);
+        self.start_as(unit, slot, rank, lane);
+        unit
+    }
+
+    /// Gives a ready rank its lane as a unit of this name.
+    #[inline(always)]
+    pub(super) fn start_as(&mut self, unit: UnitId, slot: usize, rank: usize, lane: usize) {
         self.run_on(slot, rank, lane);
         if self.reassigns | self.config.preempt {
             cold_path();
             self.stale_keys = self.reassigns;
             self.lanes[lane].carried = self.resume(slot, rank);
         }
-        self.units += 1;
-        let unit = UnitId::new(self.units, node, lane);
         let l = &mut self.lanes[lane];
         (l.unit, l.started, l.members) = (unit, self.now, 1 << slot);
         (l.slot, l.rank, l.output) = (slot as u8, rank as u8, 0);
         let free = &mut self.pools[usize::from(l.pool)].free;
         *free = if C::LANES == 1 { 0 } else { *free & !(1 << lane) };
-        self.note_node(EventKind::Started, slot, NodeId::new(node), lane);
+        self.note_node(EventKind::Started, slot, unit.node(), lane);
         crate::fmt::trace!("start {} on {}", unit, lane);
-        unit
     }
 
-    /// Takes an idle lane out of its pool, because its thread is lost; `false` if it runs something or there is
-    /// no such lane. A pool without lanes starts nothing.
+    /// Takes an idle lane out of its pool, because its thread is lost; `false` if something runs or waits on it or there
+    /// is no such lane. A pool without lanes starts nothing.
     pub fn retire_lane(&mut self, lane: LaneId) -> bool {
         let l = lane.index();
-        let idle = l < self.lanes() && !self.lanes[l].is_busy();
+        let idle = l < self.lanes() && !self.lanes[l].is_busy() && self.promised >> l & 1 == 0;
         if idle {
             let pool = &mut self.pools[usize::from(self.lanes[l].pool)];
             pool.free &= !(1 << l);
@@ -189,9 +202,12 @@ impl<C: Capacity> Scheduler<C> {
     pub(super) fn vacate(&mut self, lane: usize) -> Lane {
         let l = self.lanes[lane];
         self.free(lane);
+        // What waits on it has it already.
+        self.pools[usize::from(l.pool)].free &= !self.promised;
         self.activate(usize::from(l.pool));
         self.look_now();
-        (self.lanes[lane].merged, self.lanes[lane].is_encoder) = (false, false);
+        let now = &mut self.lanes[lane];
+        (now.merged, now.is_encoder, now.leads) = (false, false, false);
         l
     }
 

@@ -19,6 +19,13 @@ impl<C: Capacity> Recorder<'_, C> {
         answer
     }
 
+    /// [`Scheduler::dispatch_ahead`](red_core::Scheduler::dispatch_ahead).
+    pub fn dispatch_ahead(&mut self, pool: PoolId) -> bool {
+        let answer = self.scheduler.dispatch_ahead(pool);
+        self.tell(None, Call::DispatchAhead(pool), Answer::Done(answer));
+        answer
+    }
+
     /// [`Scheduler::add_sensor`](red_core::Scheduler::add_sensor). Errors: as there.
     pub fn add_sensor(&mut self, period: Duration) -> Result<SensorId, SensorError> {
         let answer = self.scheduler.add_sensor(period);

@@ -66,6 +66,7 @@ pub(super) mod kind {
     pub(in crate::words) const EDGES: u64 = 3;
     pub(in crate::words) const TASK: u64 = 4;
     pub(in crate::words) const COMMIT: u64 = 5;
+    pub(in crate::words) const AHEAD: u64 = 6;
 }
 
 /// Codes of what a poll answers.
@@ -79,6 +80,8 @@ pub(super) mod action {
     pub(in crate::words) const HANDED: u64 = 4;
     /// Any other unit: it follows, and its job, and the jobs and nodes of its members.
     pub(in crate::words) const SPELLED: u64 = 5;
+    /// A unit that starts later: it follows, and its job.
+    pub(in crate::words) const AHEAD: u64 = 6;
 }
 
 pub(super) fn code<T, E: PartialEq>(result: Result<T, E>, errors: &[E]) -> u64 {

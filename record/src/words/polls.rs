@@ -43,6 +43,12 @@ impl Books {
                 }
                 self.started(unit);
             }
+            Answer::Ahead(Started { unit, job, .. }) => {
+                out.head(head(action::AHEAD).word(step), 1);
+                out.more(unit.to_bits());
+                out.more(job.to_bits().into());
+                self.started(*unit);
+            }
             Answer::Preempted(unit) => {
                 out.head(head(action::PREEMPTED).word(step), 1);
                 out.more(unit.to_bits());
@@ -72,6 +78,11 @@ impl Books {
                 self.started(unit);
                 let members = (all.jobs != 0).then_some(all);
                 job.map(|job| Answer::Started(Started { unit, job, members }))
+            }
+            action::AHEAD => {
+                let (unit, job) = (UnitId::from_bits(next()?), bits(next()?).map(JobId::from_bits));
+                self.started(unit);
+                job.map(|job| Answer::Ahead(Started { unit, job, members: None }))
             }
             action::PREEMPTED => Some(Answer::Preempted(UnitId::from_bits(next()?))),
             action::ENDED => take_outcome(self.now, next)?.map(Answer::Ended),

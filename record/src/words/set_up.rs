@@ -31,6 +31,7 @@ impl Told {
                 let [is_limited, bytes] = option(memory.map(|bytes| bytes.0));
                 (kind::POOL, [lanes.into(), is_limited, bytes, 0, 0])
             }
+            Call::DispatchAhead(pool) => (kind::AHEAD, [pool.index() as u64, 0, 0, 0, 0]),
             Call::AddSensor(period) => (kind::SENSOR, [period.as_nanos(), 0, 0, 0, 0]),
             Call::Node { place, node } => (kind::NODE, node_words(place, &node)),
             Call::Edges { from, group, to } => {
@@ -59,6 +60,7 @@ impl Told {
         let [first, second, third, fourth, _] = self.words;
         let call = match self.kind {
             kind::POOL => Call::AddPool { lanes: first as u8, memory: optional(second, third).map(Bytes) },
+            kind::AHEAD => Call::DispatchAhead(PoolId::new(first as u8)),
             kind::SENSOR => Call::AddSensor(Duration::from_nanos(first)),
             kind::NODE => node(&self.words),
             kind::EDGES => {
@@ -87,7 +89,7 @@ impl Told {
 /// Words that follow a head of this kind, before those of the answer.
 const fn length(kind: u64) -> usize {
     match kind {
-        kind::SENSOR | kind::COMMIT => 1,
+        kind::SENSOR | kind::COMMIT | kind::AHEAD => 1,
         kind::EDGES => 2,
         kind::POOL => 3,
         kind::TASK => 4,
@@ -104,6 +106,7 @@ pub(super) fn put(call: &Call, answer: &Answer, step: u64, out: &mut Chunk) {
         Answer::Sensor(answer) => (code(answer, &SENSOR), answer.ok().map(|sensor| sensor.index() as u64)),
         Answer::Task(answer) => (code(answer, &ADMIT), answer.ok().map(|task| task.to_bits().into())),
         Answer::Committed(answer) => (code(answer, &COMMIT), None),
+        Answer::Done(yes) => (yes.into(), None),
         _ => (0, None),
     };
     out.head(told.head(code).word(step), 1);
@@ -120,7 +123,7 @@ pub(super) fn take<E>(
 ) -> Result<Option<(Call, Answer)>, E> {
     let (code, kind) = (head >> 4 & 15, head >> 14 & 63);
     let mut told = Told { kind, words: [0; MOST] };
-    if kind > kind::COMMIT || told.head(code).word(0) != head {
+    if kind > kind::AHEAD || told.head(code).word(0) != head {
         return Ok(None);
     }
     for word in told.words.iter_mut().take(length(kind)) {
@@ -147,6 +150,7 @@ pub(super) fn take<E>(
             }
             proof(words).map(|proof| Answer::Committed(Ok(proof)))
         }
+        kind::AHEAD => (code < 2).then_some(Answer::Done(code == 1)),
         kind::COMMIT => result(code, &COMMIT).and_then(Result::err).map(|e| Answer::Committed(Err(e))),
         _ => is_ok.then_some(Answer::Nothing),
     };

@@ -16,6 +16,10 @@ fn start(unit: UnitId) -> Answer {
     Answer::Started(Started { unit, job: JobId::from_bits(0x0007_0003), members: None })
 }
 
+fn ahead(unit: UnitId) -> Answer {
+    Answer::Ahead(Started { unit, job: JobId::from_bits(0x0007_0003), members: None })
+}
+
 fn started(unit: UnitId, job: u32, members: Option<(u64, u64)>) -> Answer {
     let members = members.map(|(jobs, nodes)| Members { jobs, nodes });
     Answer::Started(Started { unit, job: JobId::from_bits(job), members })
@@ -56,6 +60,8 @@ fn set_up() -> Vec<Entry> {
         at(pool(None), Answer::Pool(Ok(PoolId::new(31)))),
         at(pool(Some(Bytes(0))), Answer::Pool(Ok(PoolId::new(0)))),
         at(pool(Some(Bytes(u64::MAX))), Answer::Pool(Ok(PoolId::new(255)))),
+        at(Call::DispatchAhead(PoolId::new(255)), Answer::Done(false)),
+        at(Call::DispatchAhead(PoolId::new(0)), Answer::Done(true)),
         at(sensor, Answer::Sensor(Ok(SensorId::new(7)))),
         node(0, Node::new(Wcet::ZERO)),
         node(
@@ -110,6 +116,11 @@ fn all() -> Vec<Entry> {
         at(60, Call::Poll(Some(lane)), started(unit(902, 1, 3), 0x0006_0003, None)),
         at(60, Call::Poll(Some(lane)), started(unit(903, 1, 3), 0x0007_0003, Some((1 << 63, u64::MAX)))),
         at(60, Call::Poll(None), started(unit(7, 1, 3), 0x0001_0002, Some((3, 258)))),
+        // One behind another on the same lane, which is reported first.
+        at(60, Call::Poll(Some(lane)), start(unit(904, 9, 3))),
+        at(60, Call::Poll(Some(lane)), ahead(unit(905, 1, 3))),
+        at(61, Call::Complete(unit(904, 9, 3)), Answer::Reported(Ok(()))),
+        at(62, Call::Complete(unit(905, 1, 3)), Answer::Reported(Ok(()))),
         at(95_500, Call::Poll(None), Answer::Ended(outcome(None))),
         at(95_500, Call::TakeOutcome, Answer::Nothing),
         at(95_500, Call::Edit(3), Answer::Edited(Ok(()))),
@@ -227,7 +238,8 @@ fn words_that_nobody_wrote_are_no_entry() {
         2 | 9 << 4 | 3 << 8,
         7 | 63 << 8,
         // A set-up call of no kind, on a lane, and a node with an answer.
-        12 | 63 << 8 | 6 << 14,
+        12 | 63 << 8 | 7 << 14,
+        12 | 2 << 4 | 63 << 8 | 6 << 14,
         12 | 3 << 8 | 2 << 14,
         12 | 1 << 4 | 63 << 8 | 2 << 14,
         13,

@@ -11,7 +11,7 @@ use red_record::class::{self, ForClass, Large, Medium, Small, with_class};
 use red_record::{
     Answer, Call, Entry, Header, LogError, Reader, Recorder, Replay, Writer, replay, replay_calls,
 };
-use std::collections::HashSet;
+use std::collections::{HashSet, VecDeque};
 use std::fs;
 use std::mem::discriminant;
 
@@ -37,11 +37,15 @@ fn due(ms: u64) -> Timing {
 
 /// Records what `host` does with a scheduler that was just configured.
 fn log_of<C: Capacity>(name: &str, host: impl FnOnce(&mut Recorder<'_, C>)) -> Vec<u8> {
+    log_with(CONFIG, name, host)
+}
+
+fn log_with<C: Capacity>(config: Config, name: &str, host: impl FnOnce(&mut Recorder<'_, C>)) -> Vec<u8> {
     let file = Scratch::new(&format!("calls-{name}"));
-    let header = Header::by_calls::<C>("test", "redrt", CONFIG);
+    let header = Header::by_calls::<C>("test", "redrt", config);
     let (writer, mut tape) = Writer::start(&file.0, &header).expect("a folder for temporary files");
     let mut scheduler: Box<Scheduler<C>> = Box::new(Scheduler::EMPTY);
-    scheduler.configure(CONFIG);
+    scheduler.configure(config);
     host(&mut Recorder::new(&mut scheduler, Some(&mut tape)));
     drop(tape);
     let (totals, failed) = writer.finish();
@@ -131,6 +135,7 @@ fn set_up<C: Capacity>(host: &mut Recorder<'_, C>) -> [TaskId; 2] {
     assert_eq!(host.add_pool(1, Some(Bytes(50))), Ok(PoolId::new(1)));
     assert_eq!(host.add_pool(0, None), Err(PoolError::NoLane));
     assert_eq!(host.add_pool(255, None), Err(PoolError::Full));
+    assert!(!host.dispatch_ahead(PoolId::new(1)), "they preempt");
     let sensor = host.add_sensor(Duration::from_millis(10)).expect("room");
     assert_eq!(host.add_sensor(Duration::from_millis(10)), Ok(sensor));
     assert_eq!(host.add_sensor(Duration::ZERO), Err(SensorError::ZeroPeriod));
@@ -265,8 +270,55 @@ fn a_run_that_was_set_up_by_calls_is_replayed_without_a_difference_in_every_clas
         assert_eq!(found.inputs, entries.len() as u64);
         let calls: HashSet<_> = entries.iter().map(|entry| discriminant(&entry.call)).collect();
         // All but those that take an outcome without a poll, and changes with a number.
-        assert_eq!(calls.len(), 14, "{capacities:?}");
+        assert_eq!(calls.len(), 15, "{capacities:?}");
     }
+}
+
+/// A stream that runs an encoder with three decoders, units behind others, and reports in its order.
+fn streams(host: &mut Recorder<'_, Small>) {
+    assert!(host.dispatch_ahead(PoolId::new(0)) && !host.dispatch_ahead(PoolId::new(9)));
+    let mut dag = Dag::new();
+    let frame = Frame { weights: 3, frame: 1, sensor: None };
+    let encoder = dag.add_node(Node::shared_encoder(Wcet::from_millis(3), frame)).expect("room");
+    for _ in 0..3 {
+        let decoder = dag.add_node(Node::decoder(Wcet::from_millis(1))).expect("room");
+        dag.add_edge(encoder, decoder).expect("no cycle");
+    }
+    let task = host.add_task(&dag, due(50)).expect("room");
+    let (mut queues, mut ahead) = ([const { VecDeque::new() }; 2], 0);
+    for now in 0..400 {
+        if now % 5 == 0 {
+            for (lane, queue) in queues.iter_mut().enumerate() {
+                // Every so often only one of them is heard, or one fails.
+                if now % 35 != 10 * lane as u64
+                    && let Some(unit) = queue.pop_front()
+                {
+                    _ = if now % 65 == 0 { host.fail(unit, at(now)) } else { host.complete(unit, at(now)) };
+                }
+            }
+        }
+        if now % 12 == 0 {
+            host.release_at(task, at(now), None, at(now)).expect("room");
+        }
+        while let Some(action) = host.poll(at(now)) {
+            if let Action::Dispatch(given) | Action::Ahead(given) = action {
+                queues[given.lane.index()].push_back(given.unit);
+            }
+            ahead += u32::from(matches!(action, Action::Ahead(_)));
+        }
+    }
+    host.end(at(400));
+    assert!(ahead > 20, "{ahead}");
+}
+
+#[test]
+fn a_run_whose_units_were_dispatched_ahead_is_replayed_without_a_difference() {
+    let config = Config { lanes: 2, ..Config::REDRT };
+    let log = log_with::<Small>(config, "ahead", streams);
+    let found = again(&log).unwrap();
+    assert!(found.difference.is_none(), "{:?}", found.difference);
+    let is_ahead = |entry: &Entry| matches!(entry.answer, Answer::Ahead(_));
+    assert!(entries(&log).unwrap().iter().any(is_ahead));
 }
 
 /// Lanes that get more than they can do from three tasks, of which one is worth more and one has a floor.
@@ -353,7 +405,7 @@ fn what_was_set_up_is_as_recorded_to_the_bit_or_refused() {
     let said = |entries: Vec<Entry>| -> Vec<_> { entries.into_iter().map(|e| (e.call, e.answer)).collect() };
     let recorded = said(entries(&log).unwrap());
     let kinds: HashSet<_> = recorded.iter().map(|(call, _)| discriminant(call)).collect();
-    assert_eq!(kinds.len(), 8, "six that set up, one that removes, and the end");
+    assert_eq!(kinds.len(), 9, "seven that set up, one that removes, and the end");
     let (mut refused, mut differ, mut same) = (0, 0, 0);
     for (block, _) in blocks(&log, totals_at(&log) + 24) {
         let length = u32::from_le_bytes(log[block + 4..block + 8].try_into().unwrap()) as usize;

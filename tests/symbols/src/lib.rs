@@ -42,6 +42,8 @@ macro_rules! calls {
                 fn Scheduler_add_pool(s: &mut S, lanes: u8, memory: Option<Bytes>) -> Result<PoolId, PoolError> {
                     s.add_pool(lanes, memory)
                 }
+                fn Scheduler_dispatch_ahead(s: &mut S, pool: PoolId) -> bool { s.dispatch_ahead(pool) }
+                fn Scheduler_waits_for(s: &S, unit: UnitId) -> Option<UnitId> { s.waits_for(unit).last() }
                 fn Scheduler_add_sensor(s: &mut S, period: Duration) -> Result<SensorId, SensorError> {
                     s.add_sensor(period)
                 }

@@ -1,6 +1,5 @@
 use super::*;
 use red_core::{Action, Empty, LaneId};
-use red_record::Started;
 use red_workload::build;
 use red_workload::policy::Policy;
 use red_workload::{Format, Source};
