@@ -210,6 +210,7 @@ pub(crate) fn execute(
     let setup = Setup {
         scheduler,
         lanes,
+        streams: 0,
         mode,
         releases: releases(workload, &tasks),
         duration_ns: options.duration_ns,

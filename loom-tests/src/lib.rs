@@ -33,6 +33,8 @@ included! {
     sleeper: "../../rt-linux/src/sleeper.rs",
     slot: "../../rt-linux/src/slot.rs",
     spares: "../../rt-linux/src/spares.rs",
+    stream: "../../rt-linux/src/stream.rs",
+    stream_seat: "../../rt-linux/src/stream_seat.rs",
     spin_lead: "../../rt-linux/src/spin_lead.rs",
     waiting: "../../rt-linux/src/waiting.rs",
 }

@@ -52,7 +52,7 @@ unsafe impl Send for Host {}
 
 impl Host {
     fn new(lanes: usize, planted: Option<Planted>) -> Arc<Self> {
-        let (waiting, errands) = (Waiting::new(lanes, 0), Errands::default());
+        let (waiting, errands) = (Waiting::new(lanes, 0, 0), Errands::default());
         let results = [UnsafeCell::new(0), UnsafeCell::new(0)];
         Arc::new(Self { planted, waiting, errands, results, locked: Mutex::new(()) })
     }

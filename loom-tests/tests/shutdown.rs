@@ -90,7 +90,7 @@ struct Scene {
 fn ends(scene: Scene) {
     let Scene { lanes, hands, is_asked, is_twice, is_told_to_one } = scene;
     let host = Arc::new(Host {
-        waiting: Waiting::new(lanes, 0),
+        waiting: Waiting::new(lanes, 0, 0),
         mailbox: Mailbox::new(),
         is_over: AtomicBool::new(false),
         locked: Mutex::default(),
@@ -157,7 +157,7 @@ fn a_stop_that_is_told_to_one_lane_is_caught() {
 /// the place and then looks into the mailbox for the last time; here as long as it takes, where the code gives up on a
 /// thread that was killed with the place.
 fn accepts_what_is_taken(has_place: bool) {
-    let host = Arc::new((Waiting::new(1, 0), Mailbox::<u32, 2>::new()));
+    let host = Arc::new((Waiting::new(1, 0, 0), Mailbox::<u32, 2>::new()));
     let producer = {
         let host = host.clone();
         thread::spawn(move || {

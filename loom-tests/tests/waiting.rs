@@ -66,7 +66,7 @@ struct Locked {
 
 impl Host {
     fn new(scene: Scene) -> Arc<Self> {
-        let waiting = Waiting::new(scene.lanes, 0);
+        let waiting = Waiting::new(scene.lanes, 0, 0);
         waiting.plan(if scene.is_request { u64::MAX } else { LATER }, 0);
         let locked = Mutex::new(Locked::default());
         Arc::new(Self { scene, waiting, mailbox: Mailbox::new(), locked, done: Bell::new() })

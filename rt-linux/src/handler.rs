@@ -1,5 +1,6 @@
 //! What a lane runs for a node.
 
+use crate::stream::Stream;
 use red_core::{LaneId, NodeId, PoolId, TaskId, Unit, UnitId};
 
 /// One execution: which node of which job, and by when.
@@ -64,6 +65,12 @@ pub trait Handler: Send {
     /// # Errors
     /// [`Failed`].
     fn run(&mut self, work: &Work) -> Result<(), Failed>;
+
+    /// The stream that its units are given to; then [`Handler::run`] is not called. Of a lane that
+    /// [`Setup::streams`](crate::runtime::Setup::streams) names.
+    fn stream(&mut self) -> Option<&mut dyn Stream> {
+        None
+    }
 
     /// Called once on the lane's thread before real time starts: warm-up.
     fn prepare(&mut self) {}

@@ -3,6 +3,7 @@
 
 use crate::allocations::arm;
 use crate::handler::{Handler, Work};
+use crate::on_stream::Queue;
 use crate::panics::{BodyPanic, caught};
 use crate::report::LaneFigures;
 use crate::setup::best_effort;
@@ -32,6 +33,17 @@ pub(crate) struct Lane<'a, C: Capacity, H, L: Exclusive<Scheduler<C>>> {
     pub(crate) id: u32,
     pub(crate) figures: LaneFigures,
     pub(crate) handler: Box<dyn Handler>,
+    /// Of a lane whose handler has a stream: what it gave.
+    pub(crate) queue: Queue,
+}
+
+/// What a lane has to report.
+#[derive(Clone, Copy, Default)]
+struct Report {
+    /// A unit, and whether it succeeded.
+    done: Option<(UnitId, bool)>,
+    /// Its stream does not come to its end: the lane runs nothing any more.
+    hangs: bool,
 }
 
 /// What came of a turn with the scheduler.
@@ -54,20 +66,45 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
         }
         self.figures.baseline = Usage::of_thread();
         arm(true);
-        let mut next = self.session(None, waiting.now());
+        let has_stream = self.handler.stream().is_some();
+        let mut next = self.session(Report::default(), waiting.now());
         loop {
             next = match next {
-                Next::Run(work, start) => match self.execute(&work, start) {
-                    Some((ok, end)) => self.session(Some((work.unit, ok)), end),
+                Next::Run(work, _) if has_stream => match self.stream_turn(Some(&work)) {
+                    Some(next) => next,
                     None => break,
                 },
-                Next::Idle => waiting.wait(self.number, &mut sleeper, || self.session(None, waiting.now())),
+                Next::Stream => match self.stream_turn(None) {
+                    Some(next) => next,
+                    None => break,
+                },
+                Next::Run(work, start) => match self.execute(&work, start) {
+                    Some((ok, end)) => {
+                        self.session(Report { done: Some((work.unit, ok)), hangs: false }, end)
+                    }
+                    None => break,
+                },
+                Next::Idle => {
+                    waiting.wait(self.number, &mut sleeper, || self.session(Report::default(), waiting.now()))
+                }
                 Next::Leave => break,
             };
         }
         arm(false);
         let used = Usage::of_thread().since(self.figures.baseline);
         self.figures.faults += used.minor_faults + used.major_faults;
+    }
+
+    /// Waits for the next unit of the stream and reports it; `None`: another thread has the lane.
+    fn stream_turn(&mut self, dispatched: Option<&Work>) -> Option<Next> {
+        let Some(ended) = self.execute_on_stream(dispatched) else { return Some(Next::Idle) };
+        if !ended.is_kept {
+            let _unchanged = best_effort();
+            return None;
+        }
+        let next = self.session(Report { done: Some((ended.unit, ended.ok)), hangs: ended.hangs }, ended.end);
+        let has_more = !self.queue.is_empty() && !ended.hangs;
+        Some(if has_more && matches!(next, Next::Idle) { Next::Stream } else { next })
     }
 
     /// Runs a body under the watchdog. Whether it succeeded, and when it ended; `None` if its bound has passed:
@@ -121,7 +158,7 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
 
     /// One turn with the scheduler, from `begin` on: report, apply what is due, decide, hand out. Once a stop was asked
     /// for, only the report.
-    fn session(&mut self, done: Option<(UnitId, bool)>, begin: u64) -> Next {
+    fn session(&mut self, report: Report, begin: u64) -> Next {
         let shared = self.shared;
         let turn = shared.scheduler.with(|scheduler, requests| {
             shared.host.with(|held| {
@@ -130,10 +167,10 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
                 let scheduler = &mut Recorder::new(scheduler, held.tape.as_mut());
                 // Read under the lock, so that time goes the way of the lock.
                 let now = Instant::from_nanos(shared.waiting.now());
-                self.report(scheduler, host, done, now);
-                let goes_on = !shared.waiting.is_stopping();
+                self.report(scheduler, host, report, now);
+                let (goes_on, was_busy) = (!shared.waiting.is_stopping(), report.done.is_some());
                 let turn = goes_on
-                    .then(|| self.decide(scheduler, requests, &mut held.timeline, host, done.is_some(), now));
+                    .then(|| self.decide(scheduler, requests, &mut held.timeline, host, was_busy, now));
                 while let Some(event) = scheduler.take_event() {
                     host.event(event);
                 }
@@ -160,7 +197,7 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
         &self,
         scheduler: &mut Recorder<'_, C>,
         host: &mut H,
-        done: Option<(UnitId, bool)>,
+        Report { done, hangs }: Report,
         now: Instant,
     ) {
         self.shared.fail_overdue(scheduler, now);
@@ -172,6 +209,9 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
             Some((unit, true)) => drop(scheduler.complete(unit, now)),
             Some((unit, false)) => drop(scheduler.fail(unit, now)),
             None => {}
+        }
+        if hangs {
+            self.shared.quarantine(scheduler, self.number, self.queue.units(), now);
         }
         while let Some(outcome) = scheduler.take_outcome() {
             host.ended(&outcome);
@@ -210,6 +250,7 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
                         shared.waiting.seats[d.lane.index()].hand(&work);
                     }
                 }
+                Action::Ahead(d) => shared.hand_ahead(scheduler, d),
                 Action::Ended(outcome) => host.ended(&outcome),
                 _ => {}
             }

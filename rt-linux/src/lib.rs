@@ -8,6 +8,7 @@
 //! | [`bell`] | a wake-up that makes no system call while nobody sleeps |
 //! | [`spin_lead`], [`sleeper`] | sleeping to an absolute time, with a final spin that calibrates itself |
 //! | [`seat`] | where a lane is handed its next unit: one cache line, that moves once |
+//! | [`stream`], [`stream_seat`] | lanes that give their units to a stream, and get some ahead |
 //! | [`waiting`] | how lanes wait: who keeps the time, who takes a request |
 //! | [`errands`] | how a thread that is no lane has something done under the scheduler's lock |
 //! | [`slot`], [`spares`] | the bound of a body, and who goes on when it has passed |
@@ -41,6 +42,7 @@ pub mod handler;
 pub mod held_cpus;
 mod held_memory;
 mod lane;
+mod on_stream;
 mod oversight;
 pub mod panics;
 mod per_process;
@@ -58,6 +60,8 @@ pub mod slot;
 pub mod spares;
 pub mod spin_lead;
 pub mod stop;
+pub mod stream;
+pub mod stream_seat;
 mod supervision;
 mod sys;
 mod threads;

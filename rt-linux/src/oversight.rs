@@ -70,6 +70,9 @@ where
             }
             *before = waits;
         }
+        for stream in shared.waiting.streams.iter().flatten().filter(|stream| stream.is_handed()) {
+            stream.bell.rouse();
+        }
         // Some looks late, as the ring for it may be under way.
         shared.waiting.look_after(STANDSTILL_NS);
     }

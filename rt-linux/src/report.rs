@@ -46,6 +46,8 @@ pub struct RunReport {
     pub events_dropped: u64,
     /// Lane time in bodies, by lane, in nanoseconds.
     pub busy_ns: Vec<u64>,
+    /// Units that were given to their lanes while their predecessors ran.
+    pub ahead: u64,
     /// Who ended the run early.
     pub stopped_by: Option<Stopped>,
     /// Why the run ended itself early.

@@ -65,6 +65,8 @@ pub struct Setup<C: Capacity> {
     pub scheduler: Box<Scheduler<C>>,
     /// Lanes over all pools.
     pub lanes: usize,
+    /// Lanes whose handlers have a [`Stream`](crate::stream::Stream), a bit each; pools that dispatch ahead have no others.
+    pub streams: u32,
     /// How they run.
     pub mode: Mode,
     /// Releases by the clock.
@@ -141,8 +143,19 @@ where
     L: Exclusive<Scheduler<C>> + Send + Sync + 'static,
 {
     setup.check()?;
-    let Setup { scheduler, lanes, mode, releases, duration_ns, drain_ns, stop, tape, handlers, enclose } =
-        setup;
+    let Setup {
+        scheduler,
+        lanes,
+        streams,
+        mode,
+        releases,
+        duration_ns,
+        drain_ns,
+        stop,
+        tape,
+        handlers,
+        enclose,
+    } = setup;
     let signals = (stop == StopBy::Signals).then(StopSignals::install).transpose()?;
     if signals.is_some() {
         keep_of_bodies();
@@ -164,7 +177,7 @@ where
 
     let held = Held { timeline: Timeline::new(&releases, duration_ns), host: Some(host), tape };
     let spin_ns = if realtime { SPIN_NS } else { 0 };
-    let shared = Shared::<C, H, L>::new(scheduler, held, duration_ns, spin_ns, stopper.clone());
+    let shared = Shared::<C, H, L>::new(scheduler, held, streams, duration_ns, spin_ns, stopper.clone());
     let above = starter.mode.fifo(0).map(|f| Fifo { priority: f.priority + 1, ..f });
     let watchdog = Watchdog::start(shared.slots.clone(), above, Oversight::of(shared.clone()))?;
     if stopper.stopped().is_some() {
@@ -238,6 +251,7 @@ where
         counters: shared.scheduler.with(|s, _| s.counters()),
         events_dropped: shared.scheduler.with(|s, _| s.events_dropped()),
         busy_ns,
+        ahead: shared.ahead.load(Ordering::Relaxed),
         // Also while the last releases were made.
         stopped_by: stopper.stopped(),
         gave_up,

@@ -2,14 +2,16 @@
 
 use crate::control::Letter;
 use crate::errands::Errands;
+use crate::handler::Work;
 use crate::oversight::Standstills;
 use crate::spares::Spares;
 use crate::stop::Stopper;
+use crate::stream_seat::Ahead;
 use crate::timeline::{Host, Timeline};
 use crate::waiting::Waiting;
 use crate::watchdog::Slot;
-use core::sync::atomic::{AtomicBool, AtomicU64};
-use red_core::{Capacity, Instant, LaneId, Scheduler};
+use core::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
+use red_core::{Capacity, Dispatch, Instant, LaneId, Scheduler, UnitId};
 use red_record::{Recorder, Tape};
 use red_sync::{Exclusive, Requests, SharedScheduler, TicketLock};
 use std::sync::{Arc, Mutex};
@@ -50,6 +52,10 @@ pub(crate) struct Shared<C: Capacity, H, L: Exclusive<Scheduler<C>>> {
     /// No release from then on, since the start.
     pub(crate) until_ns: u64,
     pub(crate) hung: AtomicU64,
+    /// Lanes whose streams hang, a bit each.
+    pub(crate) quarantined: AtomicU32,
+    /// Units that were dispatched ahead.
+    pub(crate) ahead: AtomicU64,
     pub(crate) standstills: Standstills,
 }
 
@@ -59,6 +65,7 @@ impl<C: Capacity, H, L: Exclusive<Scheduler<C>>> Shared<C, H, L> {
     pub(crate) fn new(
         scheduler: Box<Scheduler<C>>,
         held: Held<H>,
+        streams: u32,
         until_ns: u64,
         spin_ns: u64,
         stopper: Arc<Stopper>,
@@ -67,7 +74,7 @@ impl<C: Capacity, H, L: Exclusive<Scheduler<C>>> Shared<C, H, L> {
         Arc::new(Self {
             scheduler: SharedScheduler::new(*scheduler),
             host: TicketLock::new(held),
-            waiting: Waiting::new(lanes, spin_ns),
+            waiting: Waiting::new(lanes, streams, spin_ns),
             errands: Errands::default(),
             askers: Mutex::new(()),
             stopper,
@@ -76,6 +83,8 @@ impl<C: Capacity, H, L: Exclusive<Scheduler<C>>> Shared<C, H, L> {
             drained: AtomicBool::new(false),
             until_ns,
             hung: AtomicU64::new(0),
+            quarantined: AtomicU32::new(0),
+            ahead: AtomicU64::new(0),
             standstills: Standstills::default(),
         })
     }
@@ -99,6 +108,9 @@ impl<C: Capacity, H, L: Exclusive<Scheduler<C>>> Shared<C, H, L> {
             if self.spares.finds_overdue(seat) {
                 // Its body may have come back at this very moment; then there is nothing to fail.
                 let _failed = scheduler.fail(seat.running(), now);
+                for unit in self.waiting.streams[i].iter().flat_map(|stream| stream.units()) {
+                    let _failed = scheduler.fail(unit, now);
+                }
                 scheduler.retire_lane(LaneId::new(i as u8));
             }
         }
@@ -126,8 +138,41 @@ impl<C: Capacity, H, L: Exclusive<Scheduler<C>>> Shared<C, H, L> {
     /// A spare takes its lane over. To be called under the lock, after [`Self::fail_overdue`].
     pub(crate) fn take_over(&self, scheduler: &mut Recorder<'_, C>, lane: usize, thread: u64) {
         if self.spares.takes_over(lane, &self.waiting.seats[lane], thread) {
+            self.waiting.streams[lane].iter().for_each(|stream| stream.discard());
             scheduler.restore_lane(LaneId::new(lane as u8));
         }
+    }
+
+    /// Hands a unit to a lane for its stream, with what it waits for.
+    pub(crate) fn hand_ahead(&self, scheduler: &Recorder<'_, C>, given: Dispatch) {
+        let lane = given.lane.index();
+        let (Some(unit), Some(stream)) = (scheduler.unit(given.unit), &self.waiting.streams[lane]) else {
+            return;
+        };
+        let now = scheduler.now().as_nanos();
+        let wcet_of = |unit| scheduler.unit(unit).map_or(0, |unit| unit.wcet.as_nanos());
+        let after = scheduler.waits_for(given.unit).map(|unit| (unit, wcet_of(unit)));
+        stream.hand(&Ahead::new(Work::of(given.unit, &unit, now), after));
+        self.waiting.seats[lane].bell.ring();
+        self.ahead.fetch_add(1, Ordering::Relaxed);
+    }
+
+    /// The stream of a lane hangs: what it was given fails, and the lane is given nothing any more.
+    pub(crate) fn quarantine(
+        &self,
+        scheduler: &mut Recorder<'_, C>,
+        lane: usize,
+        given: impl Iterator<Item = UnitId>,
+        now: Instant,
+    ) {
+        let handed = self.waiting.streams[lane].iter().flat_map(|stream| stream.units());
+        for unit in given.chain(handed) {
+            let _stale = scheduler.fail(unit, now);
+        }
+        self.waiting.streams[lane].iter().for_each(|stream| stream.discard());
+        scheduler.retire_lane(LaneId::new(lane as u8));
+        self.quarantined.fetch_or(1 << lane, Ordering::Relaxed);
+        self.hung.fetch_add(1, Ordering::Relaxed);
     }
 }
 

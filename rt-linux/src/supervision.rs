@@ -9,6 +9,7 @@ use crate::threads::{Lanes, Started, Starter};
 use crate::timeline::Host;
 use crate::watchdog::Bound;
 use core::mem;
+use core::sync::atomic::Ordering;
 use nix::errno::Errno;
 use nix::unistd::Pid;
 use red_core::{Capacity, Scheduler};
@@ -56,7 +57,8 @@ impl<C: Capacity, H, L: Exclusive<Scheduler<C>>> Supervision<C, H, L> {
 
     /// Lanes that stay without a thread.
     pub(crate) fn lanes_lost(&self) -> u64 {
-        self.gone.count_ones().into()
+        let quarantined = self.shared.quarantined.load(Ordering::Relaxed);
+        (self.gone | quarantined).count_ones().into()
     }
 }
 

@@ -4,6 +4,7 @@ use crate::clock::now_ns;
 use crate::control::Needed;
 use crate::handler::Handler;
 use crate::lane::Lane;
+use crate::on_stream::Queue;
 use crate::panics::caught;
 use crate::report::LaneFigures;
 use crate::runtime::{Enclose, Handlers, Mode};
@@ -94,7 +95,8 @@ impl Starter {
             let (Some(handler), Ok(Go { shared, thread })) = (handler, is_to_go.recv()) else { return };
             let sleeper = if fifo.is_some() { Sleeper::spinning() } else { Sleeper::yielding() };
             let id = gettid().as_raw().cast_unsigned();
-            let mut lane = Lane { shared: &shared, number: lane, thread, id, figures, handler };
+            let queue = Queue::default();
+            let mut lane = Lane { shared: &shared, number: lane, thread, id, figures, handler, queue };
             lane.run(sleeper);
             let _told = finished.send(lane.figures);
         };

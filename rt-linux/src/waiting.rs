@@ -13,6 +13,8 @@ use crate::handler::Work;
 use crate::primitive::{AtomicBool, AtomicU32, AtomicU64, Ordering, now_ns};
 use crate::seat::Seat;
 use crate::sleeper::Sleeper;
+use crate::stream_seat::StreamSeat;
+use std::sync::Arc;
 
 /// Nobody keeps the time.
 const NOBODY: u32 = u32::MAX;
@@ -22,6 +24,8 @@ const NOBODY: u32 = u32::MAX;
 pub enum Next {
     /// From this time of the run on.
     Run(Work, u64),
+    /// What was handed ahead for the lane's stream.
+    Stream,
     /// Wait until there is something.
     Idle,
     /// The run ends.
@@ -33,6 +37,8 @@ pub enum Next {
 pub struct Waiting {
     /// The lanes' places.
     pub seats: Vec<Seat>,
+    /// Of lanes whose handlers have a stream, where units are handed ahead.
+    pub streams: Vec<Option<Arc<StreamSeat>>>,
     /// Start of the run, in nanoseconds of `CLOCK_MONOTONIC`.
     pub origin_ns: u64,
     spin_ns: u64,
@@ -49,11 +55,13 @@ pub struct Waiting {
 }
 
 impl Waiting {
-    /// Lanes that spin so long before they sleep; the run starts now.
+    /// Lanes that spin so long before they sleep; those of `streams`, a bit each, have one. The run starts now.
     #[must_use]
-    pub fn new(lanes: usize, spin_ns: u64) -> Self {
+    pub fn new(lanes: usize, streams: u32, spin_ns: u64) -> Self {
+        let has_stream = |lane: usize| streams.checked_shr(lane as u32).unwrap_or(0) & 1 != 0;
         Self {
             seats: (0..lanes).map(|_| Seat::default()).collect(),
+            streams: (0..lanes).map(|lane| has_stream(lane).then(Arc::default)).collect(),
             origin_ns: now_ns(),
             spin_ns,
             stopping: AtomicBool::new(false),
@@ -68,6 +76,12 @@ impl Waiting {
     /// Nanoseconds since the start of the run.
     pub fn now(&self) -> u64 {
         now_ns().saturating_sub(self.origin_ns)
+    }
+
+    /// How long lanes spin before they sleep.
+    #[must_use]
+    pub const fn spin_ns(&self) -> u64 {
+        self.spin_ns
     }
 
     /// Asks all lanes to leave.
@@ -102,6 +116,9 @@ impl Waiting {
             }
             if let Some(work) = seat.take() {
                 break Next::Run(work, self.now());
+            }
+            if self.streams[lane].as_ref().is_some_and(|stream| stream.is_handed()) {
+                break Next::Stream;
             }
             if !self.knocked() {
                 let keeps = self.keep(lane);

@@ -77,6 +77,7 @@ fn run_chain(
     let setup = Setup {
         scheduler,
         lanes: 2,
+        streams: 0,
         mode: Mode::BestEffort,
         releases: period_ns.map(|p| Releases { task, first_ns: p, period_ns }).into_iter().collect(),
         duration_ns: duration.as_nanos() as u64,

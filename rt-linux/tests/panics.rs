@@ -54,6 +54,7 @@ fn a_panic_is_told_in_the_report_and_not_by_the_hook() {
     let setup = Setup {
         scheduler,
         lanes: 1,
+        streams: 0,
         mode: Mode::BestEffort,
         releases: vec![Releases { task, first_ns: 0, period_ns: Some(1_000_000) }],
         duration_ns: 4_000_000,

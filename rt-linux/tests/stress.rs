@@ -150,6 +150,7 @@ fn round(stops: bool, is_recorded: bool) -> [u64; 5] {
     let setup = Setup {
         scheduler,
         lanes: LANES,
+        streams: 0,
         mode: Mode::BestEffort,
         releases: vec![Releases { task: by_clock, first_ns: 0, period_ns: Some(2_000_000) }],
         duration_ns: DURATION_NS,

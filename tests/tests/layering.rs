@@ -31,6 +31,7 @@ const PROTOCOLS: &[&str] = &[
     "rt-linux/src/seat.rs",
     "rt-linux/src/slot.rs",
     "rt-linux/src/spares.rs",
+    "rt-linux/src/stream_seat.rs",
     "rt-linux/src/waiting.rs",
 ];
 

@@ -50,6 +50,7 @@ fn on_a_lane(machine: &'static Machine, duration: Duration) -> Result<Lateness, 
     let setup = Setup {
         scheduler,
         lanes: 1,
+        streams: 0,
         mode,
         releases: vec![Releases { task, first_ns: period_ns, period_ns: Some(period_ns) }],
         duration_ns,

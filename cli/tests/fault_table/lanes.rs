@@ -139,6 +139,7 @@ impl<B: Fn(usize, &Work) -> Result<(), Failed> + Send + Sync + 'static> Plan<B> 
         let setup = Setup {
             scheduler,
             lanes: 2,
+            streams: 0,
             mode: self.mode,
             releases: self
                 .period_ns

@@ -303,6 +303,7 @@ impl Engine {
         let duration_ns = if self.config.duration_ns == 0 { FOR_EVER_NS } else { self.config.duration_ns };
         let setup = Setup {
             lanes: set_up.scheduler.lanes(),
+            streams: 0,
             scheduler: set_up.scheduler,
             mode,
             releases: set_up.releases,

@@ -62,6 +62,7 @@ pub(crate) fn setup(
     let setup = Setup {
         scheduler,
         lanes: lanes.into(),
+        streams: 0,
         mode: Mode::BestEffort,
         releases: releases.into_iter().collect(),
         duration_ns: 1 << 62,

@@ -109,6 +109,7 @@ where
         let setup = Setup {
             scheduler,
             lanes: 1,
+            streams: 0,
             mode: Mode::BestEffort,
             releases: vec![Releases { task, first_ns: 0, period_ns: Some(PERIOD_NS) }],
             duration_ns: self.duration_ns,

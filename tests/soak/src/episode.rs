@@ -87,6 +87,7 @@ pub(crate) fn episode(drawn: &Drawn, to: Conditions, log: &Path) -> Result<(Coun
     let setup = Setup {
         scheduler,
         lanes,
+        streams: 0,
         mode,
         releases: by_clock.clone(),
         duration_ns: to.length.as_nanos() as u64,

@@ -20,6 +20,7 @@ fn quiet() -> RunReport {
     let setup = Setup {
         scheduler,
         lanes: drawn.workload.pools.iter().map(|pool| pool.lanes as usize).sum(),
+        streams: 0,
         mode: Mode::BestEffort,
         releases: Vec::new(),
         duration_ns: 1_000_000,

@@ -1,0 +1,179 @@
+//! A lane whose handler has a stream: it gives units to it, waits for the oldest, and gives more meanwhile.
+
+use crate::allocations::arm;
+use crate::bell::{Bell, Woken};
+use crate::clock::now_ns;
+use crate::handler::{Failed, Work};
+use crate::lane::Lane;
+use crate::panics::{BodyPanic, caught};
+use crate::report::LaneFigures;
+use crate::stream::{Progress, Stream, Submitted};
+use crate::stream_seat::{Ahead, StreamSeat};
+use crate::timeline::Host;
+use crate::watchdog::Bound;
+use red_core::{Capacity, Scheduler, UnitId};
+use red_sync::Exclusive;
+use std::sync::Arc;
+
+/// Between two looks of a lane that sleeps while its stream runs: a ring may get lost with the device.
+const LOOK_NS: u64 = 5_000_000;
+/// Bound of what a stream runs, as of a body: so many times its WCET, and a fixed part.
+const BOUND_TIMES: u64 = 10;
+const BOUND_PLUS_NS: u64 = 100_000_000;
+
+/// What a lane has taken and not reported.
+#[derive(Debug, Default)]
+pub(crate) struct Queue {
+    /// The oldest first: one that counts as started, one behind it, and one more where others reported the first.
+    units: [Option<Entry>; 3],
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Entry {
+    ahead: Ahead,
+    state: Submitted,
+}
+
+impl Queue {
+    fn push(&mut self, ahead: Ahead) {
+        if let Some(free) = self.units.iter_mut().find(|place| place.is_none()) {
+            *free = Some(Entry { ahead, state: Submitted::NotYet });
+        }
+    }
+
+    fn has_room(&self) -> bool {
+        self.units[2].is_none()
+    }
+
+    fn pop(&mut self) {
+        self.units.rotate_left(1);
+        self.units[2] = None;
+    }
+
+    pub(crate) fn is_empty(&self) -> bool {
+        self.units[0].is_none()
+    }
+
+    /// All that is in it.
+    pub(crate) fn units(&self) -> impl Iterator<Item = UnitId> + '_ {
+        self.units.iter().flatten().map(|entry| entry.ahead.work.unit)
+    }
+
+    /// Gives the stream what can be given, in its order.
+    fn submit(&mut self, stream: &mut dyn Stream, figures: &mut LaneFigures) {
+        for entry in self.units.iter_mut().flatten() {
+            if entry.state == Submitted::NotYet {
+                let (work, after) = (entry.ahead.work, entry.ahead.after());
+                // What a body takes is its own.
+                arm(false);
+                let submitted = caught(|| stream.submit(&work, after));
+                entry.state = submitted.unwrap_or_else(|message| {
+                    let Work { task, node, job, .. } = work;
+                    figures.panicked(BodyPanic { task: task.index(), node, job, message });
+                    Submitted::Failed
+                });
+                arm(true);
+            }
+            if entry.state == Submitted::NotYet {
+                return;
+            }
+        }
+    }
+}
+
+/// How the oldest unit of a lane's stream ended.
+#[derive(Debug)]
+pub(crate) struct Ended {
+    pub(crate) unit: UnitId,
+    pub(crate) ok: bool,
+    pub(crate) end: u64,
+    /// It did not: nothing may be given to the stream any more.
+    pub(crate) hangs: bool,
+    /// Whether the lane is still this thread's: a handler that did not come back in time has lost it.
+    pub(crate) is_kept: bool,
+}
+
+impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
+    /// The lane's own place for units ahead, if its handler has a stream.
+    pub(crate) fn stream_seat(&self) -> Option<Arc<StreamSeat>> {
+        self.shared.waiting.streams.get(self.number).cloned().flatten()
+    }
+
+    /// Waits for the unit that was dispatched now, or the oldest that was given ahead. `None`: there is none.
+    pub(crate) fn execute_on_stream(&mut self, dispatched: Option<&Work>) -> Option<Ended> {
+        let (seat, shared) = (self.stream_seat()?, self.shared);
+        let Self { handler, queue, figures, number, .. } = self;
+        let stream = handler.stream()?;
+        if let Some(work) = dispatched {
+            figures.dispatched(shared.waiting.now().saturating_sub(work.since_ns));
+            queue.push(Ahead::at_once(*work));
+        }
+        take_ahead(queue, &seat);
+        let Ahead { work, wait_ns, .. } = queue.units[0]?.ahead;
+        figures.units += 1;
+        let (mut start, begin) = (None, shared.waiting.now());
+        let within = |wcet_ns: u64| wcet_ns.saturating_mul(BOUND_TIMES).saturating_add(BOUND_PLUS_NS);
+        let bound = begin.saturating_add(within(work.wcet_ns)).saturating_add(within(wait_ns));
+        // The handler's calls are the host's, and may hang as bodies do.
+        let patience =
+            shared.waiting.origin_ns.saturating_add(bound.saturating_mul(2)).saturating_add(BOUND_PLUS_NS);
+        let armed = shared.slots[*number].arm(patience);
+        let spin_until = begin.saturating_add(shared.waiting.spin_ns());
+        let mut called = false;
+        let (ok, hangs) = loop {
+            take_ahead(queue, &seat);
+            queue.submit(stream, figures);
+            let now = shared.waiting.now();
+            let progress = match queue.units[0]?.state {
+                Submitted::Given => stream.look(),
+                Submitted::NotYet => Progress::Waits,
+                Submitted::Failed => Progress::Done(Err(Failed)),
+            };
+            match progress {
+                Progress::Done(result) => break (result.is_ok(), false),
+                Progress::Runs if start.is_none() => start = Some(now),
+                _ => {}
+            }
+            if now >= bound {
+                stream.quarantine();
+                break (false, true);
+            }
+            if now < spin_until {
+                core::hint::spin_loop();
+                continue;
+            }
+            let is_given = queue.units[0]?.state == Submitted::Given;
+            if is_given && !called {
+                called = stream.call(&seat).is_ok();
+                // It may have ended before the call.
+                continue;
+            }
+            let until = now_ns().saturating_add(if called { LOOK_NS } else { SHORT_NS });
+            let _woken = sleep(&seat.bell, || queue.has_room() && seat.is_handed(), until);
+        };
+        queue.pop();
+        let end = shared.waiting.now();
+        let took = end.saturating_sub(start.unwrap_or(end));
+        figures.nodes_missed += u64::from(end > work.sub_deadline_ns);
+        figures.busy_ns += took;
+        figures.overruns += u64::from(took > work.wcet_ns);
+        figures.failed += u64::from(!ok);
+        let is_kept = shared.slots[*number].disarm(armed) == Bound::Kept;
+        Some(Ended { unit: work.unit, ok, end, hangs, is_kept })
+    }
+}
+
+/// Between two looks where nobody rings: what it waits for has not been given to its stream.
+const SHORT_NS: u64 = 20_000;
+
+fn sleep(bell: &Bell, ready: impl Fn() -> bool, until: u64) -> Woken {
+    bell.wait_for(ready, Some(until), 0)
+}
+
+fn take_ahead(queue: &mut Queue, seat: &StreamSeat) {
+    while queue.has_room()
+        && let Some(ahead) = seat.take()
+    {
+        queue.push(ahead);
+    }
+}
