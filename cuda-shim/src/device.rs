@@ -3,6 +3,7 @@
 use crate::error::CudaError;
 use crate::{Buffer, Driver, Event, Module, ModuleError, Pinned, Stream, TimedEvent, result};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 /// A GPU, with its primary context retained as long as anything of it lives.
 #[derive(Clone, Debug)]
@@ -13,6 +14,33 @@ struct Retained {
     number: i32,
     context: result::Context,
     name: String,
+    held: Held,
+}
+
+/// What was taken of the device's memory through it.
+#[derive(Debug, Default)]
+pub(crate) struct Held {
+    bytes: AtomicU64,
+    highest: AtomicU64,
+    /// Whether what is taken from now on is late, and how much of it there was.
+    sealed: AtomicBool,
+    late: AtomicU64,
+}
+
+impl Held {
+    pub(crate) fn take(&self, bytes: usize) {
+        let now = self.bytes.fetch_add(bytes as u64, Ordering::Relaxed) + bytes as u64;
+        self.highest.fetch_max(now, Ordering::Relaxed);
+    }
+
+    pub(crate) fn give_back(&self, bytes: usize) {
+        self.bytes.fetch_sub(bytes as u64, Ordering::Relaxed);
+    }
+
+    /// Something that may make the whole device wait.
+    fn note(&self) {
+        self.late.fetch_add(self.sealed.load(Ordering::Relaxed).into(), Ordering::Relaxed);
+    }
 }
 
 /// Priorities that the device's streams may have. A smaller number is more urgent; with one priority only both are 0.
@@ -32,7 +60,12 @@ impl Device {
     pub fn open(_: Driver, ordinal: i32) -> Result<Self, CudaError> {
         let number = result::device_get(ordinal)?;
         let name = result::device_name(number)?;
-        let device = Self(Arc::new(Retained { number, context: result::context_retain(number)?, name }));
+        let device = Self(Arc::new(Retained {
+            number,
+            context: result::context_retain(number)?,
+            name,
+            held: Held::default(),
+        }));
         device.enter()?;
         Ok(device)
     }
@@ -80,6 +113,28 @@ impl Device {
         result::memory::memory_info()
     }
 
+    /// Bytes that [`Device::buffer`] has given and not got back, at their highest.
+    #[must_use]
+    pub fn highest_bytes(&self) -> u64 {
+        self.0.held.highest.load(Ordering::Relaxed)
+    }
+
+    /// From now on, memory, streams, events, modules and graphs come late: the driver may make the whole device wait for
+    /// them. They are counted.
+    pub fn seal(&self) {
+        self.0.held.sealed.store(true, Ordering::Relaxed);
+    }
+
+    /// How many came late.
+    #[must_use]
+    pub fn late(&self) -> u64 {
+        self.0.held.late.load(Ordering::Relaxed)
+    }
+
+    pub(crate) fn held(&self) -> &Held {
+        &self.0.held
+    }
+
     /// Waits until all that was submitted in its context is done, by whomever. Not for real time.
     ///
     /// # Errors
@@ -102,6 +157,7 @@ impl Device {
     /// # Errors
     /// The driver's.
     pub fn stream(&self, priority: i32) -> Result<Stream, CudaError> {
+        self.0.held.note();
         Stream::new(self.clone(), priority)
     }
 
@@ -110,6 +166,7 @@ impl Device {
     /// # Errors
     /// The driver's.
     pub fn event(&self) -> Result<Event, CudaError> {
+        self.0.held.note();
         Event::new(self.clone())
     }
 
@@ -118,6 +175,7 @@ impl Device {
     /// # Errors
     /// The driver's.
     pub fn timed_event(&self) -> Result<TimedEvent, CudaError> {
+        self.0.held.note();
         TimedEvent::new(self.clone())
     }
 
@@ -126,6 +184,7 @@ impl Device {
     /// # Errors
     /// As [`Module::load`].
     pub fn module(&self, image: &[u8]) -> Result<Module, ModuleError> {
+        self.0.held.note();
         Module::load(self.clone(), image)
     }
 
@@ -134,6 +193,7 @@ impl Device {
     /// # Errors
     /// [`Kind::OutOfMemory`](crate::Kind::OutOfMemory), or another of the driver's.
     pub fn buffer(&self, bytes: usize) -> Result<Buffer, CudaError> {
+        self.0.held.note();
         Buffer::new(self.clone(), bytes)
     }
 
@@ -142,6 +202,7 @@ impl Device {
     /// # Errors
     /// [`Kind::OutOfMemory`](crate::Kind::OutOfMemory), or another of the driver's.
     pub fn pinned(&self, bytes: usize) -> Result<Pinned, CudaError> {
+        self.0.held.note();
         Pinned::new(self.clone(), bytes)
     }
 }

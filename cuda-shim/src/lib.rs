@@ -49,4 +49,5 @@ pub use event::{Event, TimedEvent};
 pub use graph::Graph;
 pub use memory::{Buffer, Pinned};
 pub use module::{Arguments, Kernel, Module, ModuleError};
+pub use result::Called;
 pub use stream::Stream;

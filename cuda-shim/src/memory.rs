@@ -7,13 +7,15 @@ use crate::{Device, result};
 #[derive(Debug)]
 pub struct Buffer {
     memory: result::memory::DeviceMemory,
-    _device: Device,
+    device: Device,
 }
 
 impl Buffer {
     pub(crate) fn new(device: Device, bytes: usize) -> Result<Self, CudaError> {
         // None of zero bytes can be had.
-        Ok(Self { memory: result::memory::memory_allocate(bytes.max(1))?, _device: device })
+        let memory = result::memory::memory_allocate(bytes.max(1))?;
+        device.held().take(memory.bytes);
+        Ok(Self { memory, device })
     }
 
     /// Where it is.
@@ -24,6 +26,12 @@ impl Buffer {
 
     pub(crate) const fn memory(&self) -> &result::memory::DeviceMemory {
         &self.memory
+    }
+}
+
+impl Drop for Buffer {
+    fn drop(&mut self) {
+        self.device.held().give_back(self.memory.bytes);
     }
 }
 

@@ -8,7 +8,9 @@ use crate::error::CudaError;
 use crate::sys::{self, Status};
 use core::ffi::{CStr, c_char, c_void};
 use core::mem::MaybeUninit;
-use core::ptr::{self, NonNull};
+use core::ptr::NonNull;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
 
 pub(crate) mod memory;
 
@@ -187,15 +189,30 @@ pub(crate) fn stream_wait(stream: &Stream, event: &Event) -> Result<()> {
     done("cuStreamWaitEvent", unsafe { sys::red_cuda_stream_wait(stream.0.as_ptr(), event.0.as_ptr()) })
 }
 
-/// Has `function` called with `argument`, which lives for ever, as the driver's thread may come late.
-pub(crate) fn stream_call<T: Sync>(
-    stream: &Stream,
-    function: extern "C" fn(*mut c_void),
-    argument: &'static T,
-) -> Result<()> {
-    let argument = ptr::from_ref(argument).cast_mut().cast();
-    // SAFETY: a live handle; the argument is for ever, and shared only.
-    done("cuLaunchHostFunc", unsafe { sys::red_cuda_stream_call(stream.0.as_ptr(), function, argument) })
+/// What a stream calls when it comes to that.
+pub trait Called: Send + Sync + 'static {
+    /// On a thread of the driver's: it must not call CUDA, nor block. It sets a flag or rings a bell.
+    fn called(&self);
+}
+
+extern "C" fn called<T: Called>(argument: *mut c_void) {
+    // SAFETY: of the `into_raw` below, once.
+    let called = unsafe { Arc::from_raw(argument.cast::<T>()) };
+    // No panic leaves for the driver.
+    let _said = catch_unwind(AssertUnwindSafe(|| called.called()));
+}
+
+/// Has it called once, whenever the driver's thread comes.
+pub(crate) fn stream_call<T: Called>(stream: &Stream, argument: Arc<T>) -> Result<()> {
+    let argument = Arc::into_raw(argument);
+    let raw = argument.cast_mut().cast();
+    // SAFETY: a live handle; the argument is one that `called` takes back.
+    let code = unsafe { sys::red_cuda_stream_call(stream.0.as_ptr(), called::<T>, raw) };
+    if code != sys::OK {
+        // SAFETY: nobody calls it.
+        drop(unsafe { Arc::from_raw(argument) });
+    }
+    done("cuLaunchHostFunc", code)
 }
 
 pub(crate) fn stream_begin_capture(stream: &Stream) -> Result<()> {

@@ -1,9 +1,10 @@
 //! A stream: what is submitted to it runs in that order.
 
 use crate::error::CudaError;
-use crate::result::{self, Arguments as Raw};
+use crate::result::{self, Arguments as Raw, Called};
 use crate::{Arguments, Buffer, Device, Event, Graph, Kernel, Pinned, TimedEvent};
 use core::ffi::c_void;
+use std::sync::Arc;
 
 /// A stream of a device. It waits for no other one unless it is told to ([`Stream::wait_for`]).
 ///
@@ -73,17 +74,12 @@ impl Stream {
         result::stream_wait(&self.handle, event.handle())
     }
 
-    /// Calls `function` when the stream comes to it, on a thread of the driver's. It must not call CUDA and not block:
-    /// it sets a flag or rings a bell.
+    /// Calls it once, on a thread of the driver's, when the stream comes to that; what is submitted afterwards waits for it.
     ///
     /// # Errors
     /// The driver's.
-    pub fn call<T: Sync>(
-        &self,
-        function: extern "C" fn(*mut c_void),
-        argument: &'static T,
-    ) -> Result<(), CudaError> {
-        result::stream_call(&self.handle, function, argument)
+    pub fn call<T: Called>(&self, called: Arc<T>) -> Result<(), CudaError> {
+        result::stream_call(&self.handle, called)
     }
 
     /// Copies to the device, as much as both have. Both have to live until the stream has done it.

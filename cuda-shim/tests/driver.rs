@@ -1,9 +1,10 @@
 //! The shim over a driver that is not there, one that will not do, and the stand-in.
 
-use red_cuda::{Arguments, CudaError, Device, Driver, Kind, LoadError, ModuleError};
+use red_cuda::{Arguments, Called, CudaError, Device, Driver, Kind, LoadError, ModuleError};
 use red_cuda_stand_in::{DRIVER, LACKING, with, with_driver};
-use std::ffi::{CString, c_void};
+use std::ffi::CString;
 use std::path::Path;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::thread;
 use std::time::Duration;
@@ -113,8 +114,11 @@ fn memory_goes_to_the_device_and_back_in_order() {
         let refused = device.buffer(4096).expect_err("more than there is");
         assert_eq!(refused.kind(), Kind::OutOfMemory);
         assert_eq!(refused.to_string(), "cuMemAlloc: CUDA_ERROR_OUT_OF_MEMORY (2): as the script says");
+        assert_eq!((device.highest_bytes(), device.late()), (64, 0));
+        device.seal();
         drop(there);
         drop(device.buffer(4096).expect("after some was given back"));
+        assert_eq!((device.highest_bytes(), device.late()), (4096, 1));
     });
 }
 
@@ -164,11 +168,15 @@ fn an_error_of_a_kernel_is_sticky_and_so_said() {
     });
 }
 
-static CALLED: AtomicU32 = AtomicU32::new(0);
+#[derive(Default)]
+struct Counter(AtomicU32);
 
-extern "C" fn count(counter: *mut c_void) {
-    assert!(!counter.is_null());
-    CALLED.fetch_add(1, Ordering::Relaxed);
+impl Called for Counter {
+    fn called(&self) {
+        self.0.fetch_add(1, Ordering::Relaxed);
+        // The driver does not see it.
+        panic!("planted");
+    }
 }
 
 #[test]
@@ -177,10 +185,11 @@ fn a_stream_calls_back_in_its_order() {
         let device = device();
         let stream = device.stream(0).expect("a stream");
         stream.launch(&kernel(&device, "step"), &mut Arguments::new(1)).expect("sound");
-        stream.call(count, &CALLED).expect("sound");
-        assert_eq!(CALLED.load(Ordering::Relaxed), 0, "the stream has not come to it");
+        let counter = Arc::new(Counter::default());
+        stream.call(counter.clone()).expect("sound");
+        assert_eq!(counter.0.load(Ordering::Relaxed), 0, "the stream has not come to it");
         device.synchronize().expect("sound");
-        assert_eq!(CALLED.load(Ordering::Relaxed), 1);
+        assert_eq!((counter.0.load(Ordering::Relaxed), Arc::strong_count(&counter)), (1, 1));
     });
     assert!(log.is_none_or(|log| log.contains(&"call cuLaunchHostFunc 1 = 0".to_owned())));
 }

@@ -3,7 +3,7 @@
 
 use crate::allocations::arm;
 use crate::handler::{Handler, Work};
-use crate::on_stream::Queue;
+use crate::on_stream::{Leaves, Queue};
 use crate::panics::{BodyPanic, caught};
 use crate::report::LaneFigures;
 use crate::setup::best_effort;
@@ -42,8 +42,8 @@ pub(crate) struct Lane<'a, C: Capacity, H, L: Exclusive<Scheduler<C>>> {
 struct Report {
     /// A unit, and whether it succeeded.
     done: Option<(UnitId, bool)>,
-    /// Its stream does not come to its end: the lane runs nothing any more.
-    hangs: bool,
+    /// Its stream is not to be used any more: the lane runs nothing.
+    leaves: Option<Leaves>,
 }
 
 /// What came of a turn with the scheduler.
@@ -80,7 +80,7 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
                 },
                 Next::Run(work, start) => match self.execute(&work, start) {
                     Some((ok, end)) => {
-                        self.session(Report { done: Some((work.unit, ok)), hangs: false }, end)
+                        self.session(Report { done: Some((work.unit, ok)), leaves: None }, end)
                     }
                     None => break,
                 },
@@ -102,8 +102,9 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
             let _unchanged = best_effort();
             return None;
         }
-        let next = self.session(Report { done: Some((ended.unit, ended.ok)), hangs: ended.hangs }, ended.end);
-        let has_more = !self.queue.is_empty() && !ended.hangs;
+        let next =
+            self.session(Report { done: Some((ended.unit, ended.ok)), leaves: ended.leaves }, ended.end);
+        let has_more = !self.queue.is_empty() && ended.leaves.is_none();
         Some(if has_more && matches!(next, Next::Idle) { Next::Stream } else { next })
     }
 
@@ -197,7 +198,7 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
         &self,
         scheduler: &mut Recorder<'_, C>,
         host: &mut H,
-        Report { done, hangs }: Report,
+        Report { done, leaves }: Report,
         now: Instant,
     ) {
         self.shared.fail_overdue(scheduler, now);
@@ -210,8 +211,8 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
             Some((unit, false)) => drop(scheduler.fail(unit, now)),
             None => {}
         }
-        if hangs {
-            self.shared.quarantine(scheduler, self.number, self.queue.units(), now);
+        if let Some(why) = leaves {
+            self.shared.leave_stream(scheduler, self.number, self.queue.units(), why, now);
         }
         while let Some(outcome) = scheduler.take_outcome() {
             host.ended(&outcome);

@@ -9,6 +9,7 @@
 //! | [`spin_lead`], [`sleeper`] | sleeping to an absolute time, with a final spin that calibrates itself |
 //! | [`seat`] | where a lane is handed its next unit: one cache line, that moves once |
 //! | [`stream`], [`stream_seat`] | lanes that give their units to a stream, and get some ahead |
+//! | `cuda` (feature `cuda`) | streams of a CUDA device as lanes |
 //! | [`waiting`] | how lanes wait: who keeps the time, who takes a request |
 //! | [`errands`] | how a thread that is no lane has something done under the scheduler's lock |
 //! | [`slot`], [`spares`] | the bound of a body, and who goes on when it has passed |
@@ -37,6 +38,8 @@ pub mod allocations;
 pub mod bell;
 pub mod clock;
 pub mod control;
+#[cfg(feature = "cuda")]
+pub mod cuda;
 pub mod errands;
 pub mod handler;
 pub mod held_cpus;

@@ -81,14 +81,23 @@ impl Queue {
     }
 }
 
+/// Why a lane leaves its stream.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Leaves {
+    /// A unit does not come to its end.
+    Hangs,
+    /// What it runs on is gone.
+    Lost,
+}
+
 /// How the oldest unit of a lane's stream ended.
 #[derive(Debug)]
 pub(crate) struct Ended {
     pub(crate) unit: UnitId,
     pub(crate) ok: bool,
     pub(crate) end: u64,
-    /// It did not: nothing may be given to the stream any more.
-    pub(crate) hangs: bool,
+    /// Nothing may be given to the stream any more.
+    pub(crate) leaves: Option<Leaves>,
     /// Whether the lane is still this thread's: a handler that did not come back in time has lost it.
     pub(crate) is_kept: bool,
 }
@@ -120,7 +129,7 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
         let armed = shared.slots[*number].arm(patience);
         let spin_until = begin.saturating_add(shared.waiting.spin_ns());
         let mut called = false;
-        let (ok, hangs) = loop {
+        let (ok, mut leaves) = loop {
             take_ahead(queue, &seat);
             queue.submit(stream, figures);
             let now = shared.waiting.now();
@@ -130,13 +139,13 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
                 Submitted::Failed => Progress::Done(Err(Failed)),
             };
             match progress {
-                Progress::Done(result) => break (result.is_ok(), false),
+                Progress::Done(result) => break (result.is_ok(), None),
                 Progress::Runs if start.is_none() => start = Some(now),
                 _ => {}
             }
             if now >= bound {
                 stream.quarantine();
-                break (false, true);
+                break (false, Some(Leaves::Hangs));
             }
             if now < spin_until {
                 core::hint::spin_loop();
@@ -151,6 +160,9 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
             let until = now_ns().saturating_add(if called { LOOK_NS } else { SHORT_NS });
             let _woken = sleep(&seat.bell, || queue.has_room() && seat.is_handed(), until);
         };
+        if !ok && stream.is_lost() {
+            leaves = Some(Leaves::Lost);
+        }
         queue.pop();
         let end = shared.waiting.now();
         let took = end.saturating_sub(start.unwrap_or(end));
@@ -159,7 +171,7 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
         figures.overruns += u64::from(took > work.wcet_ns);
         figures.failed += u64::from(!ok);
         let is_kept = shared.slots[*number].disarm(armed) == Bound::Kept;
-        Some(Ended { unit: work.unit, ok, end, hangs, is_kept })
+        Some(Ended { unit: work.unit, ok, end, leaves, is_kept })
     }
 }
 

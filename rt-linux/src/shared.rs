@@ -3,6 +3,7 @@
 use crate::control::Letter;
 use crate::errands::Errands;
 use crate::handler::Work;
+use crate::on_stream::Leaves;
 use crate::oversight::Standstills;
 use crate::spares::Spares;
 use crate::stop::Stopper;
@@ -52,8 +53,8 @@ pub(crate) struct Shared<C: Capacity, H, L: Exclusive<Scheduler<C>>> {
     /// No release from then on, since the start.
     pub(crate) until_ns: u64,
     pub(crate) hung: AtomicU64,
-    /// Lanes whose streams hang, a bit each.
-    pub(crate) quarantined: AtomicU32,
+    /// Lanes that left their streams, a bit each.
+    pub(crate) left: AtomicU32,
     /// Units that were dispatched ahead.
     pub(crate) ahead: AtomicU64,
     pub(crate) standstills: Standstills,
@@ -83,7 +84,7 @@ impl<C: Capacity, H, L: Exclusive<Scheduler<C>>> Shared<C, H, L> {
             drained: AtomicBool::new(false),
             until_ns,
             hung: AtomicU64::new(0),
-            quarantined: AtomicU32::new(0),
+            left: AtomicU32::new(0),
             ahead: AtomicU64::new(0),
             standstills: Standstills::default(),
         })
@@ -157,12 +158,13 @@ impl<C: Capacity, H, L: Exclusive<Scheduler<C>>> Shared<C, H, L> {
         self.ahead.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// The stream of a lane hangs: what it was given fails, and the lane is given nothing any more.
-    pub(crate) fn quarantine(
+    /// The stream of a lane is left: what it was given fails, and the lane is given nothing any more.
+    pub(crate) fn leave_stream(
         &self,
         scheduler: &mut Recorder<'_, C>,
         lane: usize,
         given: impl Iterator<Item = UnitId>,
+        why: Leaves,
         now: Instant,
     ) {
         let handed = self.waiting.streams[lane].iter().flat_map(|stream| stream.units());
@@ -171,8 +173,8 @@ impl<C: Capacity, H, L: Exclusive<Scheduler<C>>> Shared<C, H, L> {
         }
         self.waiting.streams[lane].iter().for_each(|stream| stream.discard());
         scheduler.retire_lane(LaneId::new(lane as u8));
-        self.quarantined.fetch_or(1 << lane, Ordering::Relaxed);
-        self.hung.fetch_add(1, Ordering::Relaxed);
+        self.left.fetch_or(1 << lane, Ordering::Relaxed);
+        self.hung.fetch_add((why == Leaves::Hangs).into(), Ordering::Relaxed);
     }
 }
 

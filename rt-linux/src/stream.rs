@@ -22,6 +22,11 @@ pub trait Stream {
 
     /// Nothing is given to it any more, because a unit does not come to its end: what it uses must be left to it.
     fn quarantine(&mut self) {}
+
+    /// Whether what it runs on is gone, and nothing that is given to it ends well any more.
+    fn is_lost(&self) -> bool {
+        false
+    }
 }
 
 /// What came of giving a unit.

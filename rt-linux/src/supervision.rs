@@ -57,8 +57,7 @@ impl<C: Capacity, H, L: Exclusive<Scheduler<C>>> Supervision<C, H, L> {
 
     /// Lanes that stay without a thread.
     pub(crate) fn lanes_lost(&self) -> u64 {
-        let quarantined = self.shared.quarantined.load(Ordering::Relaxed);
-        (self.gone | quarantined).count_ones().into()
+        (self.gone | self.shared.left.load(Ordering::Relaxed)).count_ones().into()
     }
 }
 
