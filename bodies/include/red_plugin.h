@@ -39,6 +39,10 @@ typedef struct red_plugin_context {
     /* Releases a job of `task`, from any thread, without waiting: 0 when the release is on its way, -1 when it is
      * refused (no such task, or the run is over). */
     int (*release)(void *host, uint32_t task);
+    /* In a pool of kind cuda, the lane's stream (CUstream, cudaStream_t); NULL elsewhere. The step submits the node's
+     * work to it and returns without waiting for it: no call that synchronises, allocates or uses another stream. The
+     * device's primary context is the lane's. */
+    void *stream;
 } red_plugin_context;
 
 /* SYMBOL: does the node's work once; 0 is success, and any other value makes the job fail. Called under real-time

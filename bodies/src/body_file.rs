@@ -21,6 +21,15 @@ pub fn within(folder: &Path, path: &Path) -> Result<PathBuf, BodyError> {
     if file.starts_with(full(folder)?) { Ok(file) } else { Err(BodyError::Outside { path }) }
 }
 
+/// What is in a file of at most `most` bytes that [`within`] has found.
+///
+/// # Errors
+/// It cannot be read, is no regular file, or is larger.
+pub fn contents(path: &Path, most: u64) -> Result<Vec<u8>, BodyError> {
+    let (file, size) = open(path, most)?;
+    read(file, size).map_err(|reason| BodyError::Read { path: path.into(), reason })
+}
+
 /// Opens a regular file of at most `most` bytes, and tells its size. Never waits for another process.
 pub(crate) fn open(path: &Path, most: u64) -> Result<(File, u64), BodyError> {
     // Without O_NONBLOCK, opening a FIFO would wait for its writer; without O_NOCTTY, a terminal could become ours.

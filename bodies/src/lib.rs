@@ -22,6 +22,9 @@ pub mod plugin;
 pub mod scene;
 pub mod spin;
 
+/// PTX of a kernel `red_spin` that keeps a CUDA device busy for as many nanoseconds as its one argument says.
+pub const SPIN_PTX: &str = include_str!("../kernels/spin.ptx");
+
 pub use body::{Body, Call};
-pub use body_file::within;
+pub use body_file::{contents, within};
 pub use error::BodyError;

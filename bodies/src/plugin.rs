@@ -32,6 +32,7 @@ struct Context {
     lane: u32,
     host: *mut c_void,
     release: unsafe extern "C" fn(host: *mut c_void, task: u32) -> c_int,
+    stream: *mut c_void,
 }
 
 type Step = unsafe extern "C" fn(user: *mut c_void, context: *const Context) -> c_int;
@@ -138,6 +139,20 @@ unsafe impl Send for PluginBody {}
 
 impl Body for PluginBody {
     fn run(&mut self, call: &Call) -> Result<(), BodyError> {
+        self.step(call, ptr::null_mut())
+    }
+}
+
+impl PluginBody {
+    /// As [`Body::run`], and the step submits its work to a CUDA stream, as C has it.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn submit(&mut self, call: &Call, stream: *mut c_void) -> Result<(), BodyError> {
+        self.step(call, stream)
+    }
+
+    fn step(&mut self, call: &Call, stream: *mut c_void) -> Result<(), BodyError> {
         let context = Context {
             size: size_of::<Context>() as u32,
             abi: ABI,
@@ -149,6 +164,7 @@ impl Body for PluginBody {
             lane: call.lane,
             host: ptr::from_ref(self.host).cast_mut().cast(),
             release,
+            stream,
         };
         // SAFETY: the object is never unloaded, `user` is what it gave to this lane, and the context is whole.
         let code = unsafe { (self.step)(self.user, &raw const context) };

@@ -96,7 +96,10 @@ pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
         return Err(Failure::Input(why.to_owned()));
     }
     if let Some(pool) = workload.pools.iter().find(|pool| pool.kind == PoolKind::Cuda) {
-        return Err(Failure::Machine(SessionError::Cuda(pool.name.clone()).to_string()));
+        return Err(Failure::Machine(format!(
+            "pool `{}` is of kind cuda, whose nodes are not measured yet; to measure bodies of the CPU, write kind = \"cpu\"",
+            pool.name
+        )));
     }
     let out = args.out.clone().unwrap_or_else(|| args.file.with_extension("profiled.toml"));
     check_place(&args.file, &out, args.force)?;

@@ -1,6 +1,7 @@
 //! One run of a workload in real time: bodies, lanes, notes, figures. `run` and `demo` both drive it.
 
 pub(crate) mod bodies;
+pub(crate) mod cuda;
 mod faults;
 pub(crate) mod host;
 pub(crate) mod record;
@@ -9,13 +10,15 @@ mod summary;
 pub(crate) mod trace;
 
 use bodies::{Bodies, BodiesError};
+use cuda::CudaPools;
 use host::{Live, Notes};
 use record::{ClosedLog, Recording};
 use red_bodies::onnx::on_lane;
 use red_bodies::plugin::Host as PluginHost;
-use red_core::{Config, Empty, Scheduler, TaskId};
-use red_record::StartError;
+use red_core::{Config, Empty, PoolId, Scheduler, TaskId};
+use red_record::{Recorder, StartError};
 use red_rt::control::Control;
+use red_rt::cuda::CudaUnavailable;
 use red_rt::placement::{choose_cpus, usable_cpus};
 use red_rt::runtime::{Handlers, Mode, Setup, run};
 use red_rt::setup::SetupError;
@@ -23,7 +26,7 @@ use red_rt::stop::{StopBy, StopSignals};
 use red_rt::timeline::Releases;
 use red_workload::Source;
 use red_workload::build::{self, BuildError, Numbered};
-use red_workload::model::{Arrival, PoolKind, Workload};
+use red_workload::model::{Arrival, Workload};
 use red_workload::policy::Policy;
 use std::fmt;
 use std::path::Path;
@@ -70,8 +73,13 @@ pub(crate) enum SessionError {
     Record(String),
     /// The system starts no thread that writes the log.
     Recorder(StartError),
-    /// A pool of CUDA streams, and no CUDA lanes in this version.
-    Cuda(String),
+    /// A pool of CUDA streams, and no CUDA device that works.
+    Cuda {
+        /// The pool.
+        pool: String,
+        /// What is missing.
+        why: CudaUnavailable,
+    },
 }
 
 impl SessionError {
@@ -79,10 +87,16 @@ impl SessionError {
     #[must_use]
     pub(crate) const fn exit_code(&self) -> u8 {
         match self {
-            Self::Machine(_) | Self::Recorder(_) | Self::Cuda(_) => 3,
+            Self::Machine(_) | Self::Recorder(_) | Self::Cuda { .. } => 3,
             Self::Bodies(error) if error.is_of_machine() => 3,
             Self::Build(_) | Self::Bodies(_) | Self::Record(_) => 2,
         }
+    }
+}
+
+impl From<BodiesError> for SessionError {
+    fn from(error: BodiesError) -> Self {
+        Self::Bodies(error)
     }
 }
 
@@ -94,12 +108,11 @@ impl fmt::Display for SessionError {
             Self::Machine(e) => e.fmt(f),
             Self::Record(e) => f.write_str(e),
             Self::Recorder(e) => e.fmt(f),
-            Self::Cuda(pool) => {
-                write!(
-                    f,
-                    "pool `{pool}` is of kind cuda, and this version has no CUDA lanes; run it on the CPU: kind = \"cpu\""
-                )
-            }
+            Self::Cuda { pool, why } => write!(
+                f,
+                "pool `{pool}` is of kind cuda: {why}; to run it on the CPU, write kind = \"cpu\" and bodies for the CPU, \
+                 such as {{ onnx = \"...\" }} or {{ spin = \"1ms\" }}"
+            ),
         }
     }
 }
@@ -182,9 +195,8 @@ pub(crate) fn execute(
     let workload = &source.workload;
     // Before the bodies are loaded, which takes a while.
     let _signals = StopSignals::install().map_err(SessionError::Machine)?;
-    if let Some(pool) = workload.pools.iter().find(|p| p.kind == PoolKind::Cuda) {
-        return Err(SessionError::Cuda(pool.name.clone()));
-    }
+    // What the machine lacks comes before what its bodies lack, which may not matter then.
+    let mut cuda = CudaPools::open(workload)?;
     let mut scheduler: Box<Scheduler<Robot>> = Box::new(Scheduler::EMPTY);
     let config = Config { ..options.policy.config() };
     let (plan, tasks) = build::admit(&mut scheduler, workload, config).map_err(SessionError::Build)?;
@@ -193,6 +205,10 @@ pub(crate) fn execute(
     let host = plugin_host(&control, &tasks);
     let bodies = Bodies::load(source, &plan.nodes, &host, options.obstacle_ns);
     let bodies = Arc::new(bodies.map_err(SessionError::Bodies)?);
+    if let Some(cuda) = &mut cuda {
+        cuda.load(source, &plan.nodes, &host, options.obstacle_ns)?;
+    }
+    let cuda = cuda.map(Arc::new);
     let lanes: usize = workload.pools.iter().map(|p| p.lanes as usize).sum();
     let (mode, why) = mode(workload, lanes, options.best_effort).map_err(SessionError::Machine)?;
     ready(&mode, &plan.nodes, why.as_ref());
@@ -206,18 +222,22 @@ pub(crate) fn execute(
     // A unit has two events at least.
     let sub_deadlines = SubDeadlines::new(lanes, events / 2);
     let notes = Notes::new(tasks.clone(), deadlines, plan.changes, &jobs, events, live.clone());
-    let (record, tape) = Recording::start(source, options, &mode)?.unzip();
+    let (record, mut tape) = Recording::start(source, options, &mode)?.unzip();
+    for pool in (0..workload.pools.len()).filter(|pool| cuda::is_cuda(workload, *pool)) {
+        // Not where the policy opens graphs level by level: nothing is ahead there.
+        Recorder::new(&mut scheduler, tape.as_mut()).dispatch_ahead(PoolId::new(pool as u8));
+    }
     let setup = Setup {
         scheduler,
         lanes,
-        streams: 0,
+        streams: cuda.as_ref().map_or(0, |cuda| cuda.lanes()),
         mode,
         releases: releases(workload, &tasks),
         duration_ns: options.duration_ns,
         drain_ns,
         stop: StopBy::Signals,
         tape,
-        handlers: handlers(bodies.clone(), options.trace.then(|| sub_deadlines.clone())),
+        handlers: handlers(bodies.clone(), cuda.clone(), options.trace.then(|| sub_deadlines.clone())),
         enclose: Arc::new(|main| {
             // What keeps a lane's thread from starting is told by the lanes that never report.
             if let Err(e) = on_lane(main) {
@@ -234,9 +254,14 @@ pub(crate) fn execute(
     let (notes, figures) = finished.map_err(SessionError::Machine)?;
     let record = record.map(Recording::finish);
     progress(Progress::Ended, end_ns, &live);
-    let summary =
+    let mut summary =
         summary(workload, options, &notes, &figures, record.as_ref().map(ClosedLog::summary), end_ns);
-    let faults = notes.faults.words(&names, &plan.nodes, &bodies.said(), &figures.panics, figures.hung);
+    let mut said = bodies.said();
+    if let Some(cuda) = &cuda {
+        summary.cuda = Some(cuda.summary(figures.ahead));
+        said.extend(cuda.said());
+    }
+    let faults = notes.faults.words(&names, &plan.nodes, &said, &figures.panics, figures.hung);
     Ok(Session {
         summary,
         faults,
@@ -263,10 +288,18 @@ pub(crate) fn lane_titles(workload: &Workload) -> Vec<String> {
 }
 
 /// The bodies of each lane, with notes of their sub-deadlines where somebody reads them.
-fn handlers(bodies: Arc<Bodies>, notes: Option<Arc<SubDeadlines>>) -> Arc<Handlers> {
-    Arc::new(move |lane| match &notes {
-        Some(notes) => notes.of(lane, bodies.handler(lane)),
-        None => bodies.handler(lane),
+fn handlers(
+    bodies: Arc<Bodies>,
+    cuda: Option<Arc<CudaPools>>,
+    notes: Option<Arc<SubDeadlines>>,
+) -> Arc<Handlers> {
+    Arc::new(move |lane| {
+        let on_device = cuda.as_ref().filter(|cuda| cuda.lanes() >> lane & 1 != 0);
+        let handler = on_device.map_or_else(|| bodies.handler(lane), |cuda| cuda.handler(lane));
+        match &notes {
+            Some(notes) => notes.of(lane, handler),
+            None => handler,
+        }
     })
 }
 

@@ -24,7 +24,7 @@ pub trait Stream {
     fn quarantine(&mut self) {}
 
     /// Whether what it runs on is gone, and nothing that is given to it ends well any more.
-    fn is_lost(&self) -> bool {
+    fn is_lost(&mut self) -> bool {
         false
     }
 }

@@ -36,9 +36,24 @@ pub enum Body {
         grid: [u32; 3],
         /// Block dimensions.
         block: [u32; 3],
-        /// Kernel arguments, as integers.
-        args: Vec<i64>,
+        /// What its parameters are given, in their order.
+        args: Vec<Argument>,
     },
+}
+
+/// What a parameter of a CUDA kernel is given.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Argument {
+    /// An integer; a parameter shorter than 64 bits takes its low ones.
+    Integer(i64),
+    /// The address of so many bytes of the device, filled from the host before the kernel runs.
+    Input(u64),
+    /// The address of so many bytes of the device, copied to the host after the kernel ran.
+    Output(u64),
+    /// The address of so many bytes of the device that stay what they are from run to run of one lane.
+    Scratch(u64),
+    /// The address of so many bytes of the device that an encoder writes and its decoders read.
+    Result(u64),
 }
 
 /// Where a pool's bodies run under `run`.

@@ -6,9 +6,10 @@
 
 mod error;
 
+use super::cuda::is_cuda;
 use super::faults::{self, Said};
 pub(crate) use error::BodiesError;
-use error::Why;
+pub(crate) use error::Why;
 use red_bodies::onnx::{Engine, Instance, Network, Rten};
 use red_bodies::plugin::{Host as PluginHost, Plugin, PluginBody};
 use red_bodies::scene::Scene;
@@ -25,7 +26,7 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError, RwLock, TryLockError, TryLockResult};
 
 /// Size of the generated road frames.
-const FRAME: (usize, usize) = (160, 96);
+pub(super) const FRAME: (usize, usize) = (160, 96);
 /// Warm-up calls of every network on every lane, so that its memory is there before real time starts.
 const WARM_UP: usize = 3;
 /// Heap that every lane touches and gives back: run by turns instead of alone, networks leave gaps in it and need more
@@ -48,6 +49,8 @@ enum Node {
     Decoder(Loaded),
     /// A whole stage, one after the other.
     Coarse(Loaded, Vec<Loaded>),
+    /// What a CUDA device executes.
+    Device,
 }
 
 /// All bodies of a workload.
@@ -77,6 +80,7 @@ impl Bodies {
         obstacle_ns: Option<(u64, u64)>,
     ) -> Result<Self, BodiesError> {
         check(source)?;
+        let workload = &source.workload;
         let mut loader = Loader { source, host, networks: HashMap::new(), task: 0, part: 0 };
         let mut loaded = Vec::new();
         let mut largest = 0;
@@ -86,15 +90,27 @@ impl Bodies {
             for node in nodes {
                 let name = &node.name;
                 of_task.push(match &node.role {
+                    Role::Plain(part) | Role::Encoder { part, .. } if is_cuda(workload, part.pool) => {
+                        loader.pass(1)
+                    }
+                    Role::Decoder { part, encoder } => {
+                        let is_apart = matches!(of_task.get(*encoder), Some(Node::Device))
+                            != is_cuda(workload, part.pool);
+                        if is_apart {
+                            loader.part += 1;
+                            return Err(loader.refused(name, Why::Apart));
+                        }
+                        if is_cuda(workload, part.pool) {
+                            loader.pass(1)
+                        } else {
+                            loader.decoder(part, of_task.get(*encoder), name)?
+                        }
+                    }
+                    Role::Coarse(stage) if is_cuda(workload, stage.encoder.pool) => {
+                        loader.pass(1 + stage.decoders.len())
+                    }
                     Role::Plain(part) => Node::Plain(loader.load(part, name)?),
                     Role::Encoder { part, .. } => Node::Encoder(loader.load(part, name)?),
-                    Role::Decoder { part, encoder } => {
-                        let decoder = loader.load(part, name)?;
-                        if let Some(Node::Encoder(encoder)) = of_task.get(*encoder) {
-                            loader.fit(encoder, &decoder, name)?;
-                        }
-                        Node::Decoder(decoder)
-                    }
                     Role::Coarse(stage) => {
                         let encoder = loader.load(&stage.encoder, &format!("{name}.encoder"))?;
                         let mut decoders = Vec::new();
@@ -148,7 +164,7 @@ fn check(source: &Source) -> Result<(), BodiesError> {
         for (number, (name, part)) in parts.enumerate() {
             let why = match part.body {
                 Body::None => Why::NoBody,
-                Body::Cuda { .. } => Why::Cuda,
+                Body::Cuda { .. } if !is_cuda(&source.workload, part.pool) => Why::OfDevice,
                 _ => continue,
             };
             return Err(BodiesError::of(source, task, number, &name, why));
@@ -167,11 +183,25 @@ struct Loader<'a> {
 }
 
 impl Loader<'_> {
+    /// Parts that a CUDA device executes.
+    fn pass(&mut self, parts: usize) -> Node {
+        self.part += parts;
+        Node::Device
+    }
+
+    fn decoder(&mut self, part: &Part, encoder: Option<&Node>, name: &str) -> Result<Node, BodiesError> {
+        let decoder = self.load(part, name)?;
+        if let Some(Node::Encoder(encoder)) = encoder {
+            self.fit(encoder, &decoder, name)?;
+        }
+        Ok(Node::Decoder(decoder))
+    }
+
     /// Loads the next part.
     fn load(&mut self, part: &Part, node: &str) -> Result<Loaded, BodiesError> {
         let loaded = match &part.body {
             Body::None => Err(Why::NoBody),
-            Body::Cuda { .. } => Err(Why::Cuda),
+            Body::Cuda { .. } => Err(Why::OfDevice),
             Body::Spin { duration_ns } => Ok(Loaded::Spin(*duration_ns)),
             Body::Onnx { path } => self.network(path).map(Loaded::Network).map_err(Why::Load),
             Body::Plugin { path, symbol } => within(self.source.folder(), path.as_ref())
@@ -244,6 +274,7 @@ impl Handler for LaneBodies {
         let of_node = |node: &Node| match node {
             Node::Plain(one) | Node::Encoder(one) | Node::Decoder(one) => vec![make(one)],
             Node::Coarse(encoder, decoders) => std::iter::once(encoder).chain(decoders).map(make).collect(),
+            Node::Device => Vec::new(),
         };
         self.runs = self.bodies.tasks.iter().map(|nodes| nodes.iter().map(of_node).collect()).collect();
         for run in self.runs.iter_mut().flatten().flatten() {
@@ -265,7 +296,7 @@ impl Handler for LaneBodies {
         self.execute(work).map_err(|error| {
             // Nobody waits here: of two lanes that fail at once, one is heard.
             if let (Some(error), Ok(mut said)) = (error, self.bodies.said.try_lock()) {
-                faults::say(&mut said, (work.task.index(), work.job, work.node.index(), error));
+                faults::say(&mut said, (work.task.index(), work.job, work.node.index(), error.into()));
             }
             Failed
         })
@@ -358,6 +389,7 @@ impl LaneBodies {
                     if let Run::Network { output, .. } = first { Some(output.as_slice()) } else { None };
                 rest.iter_mut().try_for_each(|decoder| decoder.step(features, None, &call))
             }
+            Node::Device => Err(None),
         }
     }
 

@@ -2,6 +2,7 @@
 
 use red_bodies::BodyError;
 use red_core::{Event, EventKind, ShedReason};
+use red_cuda::CudaError;
 use red_rt::panics::BodyPanic;
 use red_workload::build::Numbered;
 use red_workload::{shown, shown_path};
@@ -10,7 +11,37 @@ use red_workload::{shown, shown_path};
 const MOST: usize = 8;
 
 /// An error of a body: its task, job and node, and what it said.
-pub(crate) type Said = (usize, u64, usize, BodyError);
+pub(crate) type Said = (usize, u64, usize, Fault);
+
+/// What was wrong.
+#[derive(Debug)]
+pub(crate) enum Fault {
+    /// The body said it.
+    Body(BodyError),
+    /// The CUDA driver did.
+    Device(CudaError),
+}
+
+impl Fault {
+    fn told(&self) -> String {
+        match self {
+            Self::Body(error) => error.told(shown, shown_path),
+            Self::Device(error) => error.to_string(),
+        }
+    }
+}
+
+impl From<BodyError> for Fault {
+    fn from(error: BodyError) -> Self {
+        Self::Body(error)
+    }
+}
+
+impl From<CudaError> for Fault {
+    fn from(error: CudaError) -> Self {
+        Self::Device(error)
+    }
+}
 
 /// A table of errors that takes no memory while lanes run.
 pub(crate) fn table() -> Vec<Said> {
@@ -94,7 +125,7 @@ impl Faults {
                 return panicked(panic);
             }
             if let Some((_, _, node, error)) = error_of(*task, *job) {
-                let error = error.told(shown, shown_path);
+                let error = error.told();
                 return format!("job {job}: node {}: {error}", name(*node));
             }
             let nodes: Vec<String> = ran.iter().flatten().map(|node| name(*node)).collect();

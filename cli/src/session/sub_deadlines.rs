@@ -1,7 +1,10 @@
 //! The sub-deadlines that the scheduler gave to what lanes ran, for the trace. Some policies assign them again while
 //! a job runs, so each is noted when its unit starts.
 
+use red_core::UnitId;
 use red_rt::handler::{Failed, Handler, Work};
+use red_rt::stream::{Progress, Stream, Submitted};
+use red_rt::stream_seat::StreamSeat;
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -59,5 +62,38 @@ impl Handler for Noting {
     fn run(&mut self, work: &Work) -> Result<(), Failed> {
         self.notes.note(self.lane, work);
         self.bodies.run(work)
+    }
+
+    fn stream(&mut self) -> Option<&mut dyn Stream> {
+        self.bodies.stream()?;
+        Some(self)
+    }
+}
+
+impl Stream for Noting {
+    fn submit(&mut self, work: &Work, after: &[UnitId]) -> Submitted {
+        let submitted = self.bodies.stream().map_or(Submitted::Failed, |stream| stream.submit(work, after));
+        if submitted == Submitted::Given {
+            self.notes.note(self.lane, work);
+        }
+        submitted
+    }
+
+    fn look(&mut self) -> Progress {
+        self.bodies.stream().map_or(Progress::Done(Err(Failed)), |stream| stream.look())
+    }
+
+    fn call(&mut self, seat: &Arc<StreamSeat>) -> Result<(), Failed> {
+        self.bodies.stream().ok_or(Failed)?.call(seat)
+    }
+
+    fn quarantine(&mut self) {
+        if let Some(stream) = self.bodies.stream() {
+            stream.quarantine();
+        }
+    }
+
+    fn is_lost(&mut self) -> bool {
+        self.bodies.stream().is_none_or(|stream| stream.is_lost())
     }
 }

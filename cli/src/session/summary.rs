@@ -1,5 +1,6 @@
 //! A run in numbers.
 
+use super::cuda::CudaSummary;
 use super::host::Notes;
 use super::record::LogSummary;
 use super::{Options, Robot};
@@ -30,6 +31,9 @@ pub(crate) struct RunSummary {
     /// The keys of `sim --json`, measured.
     #[serde(flatten)]
     pub(crate) report: red_sim::Report,
+    /// What the streams did, of a workload that has some.
+    #[serde(flatten)]
+    pub(crate) cuda: Option<CudaSummary>,
     /// Whether lanes had SCHED_FIFO, locked memory and a CPU each.
     pub(crate) realtime: bool,
     /// Unit became dispatchable to body started.
@@ -127,6 +131,7 @@ pub(super) fn summary(
             schedule: None,
             sheds: None,
         },
+        cuda: None,
         realtime: figures.realtime,
         dispatch_ns: DispatchLatency {
             p50: latency(0.5),

@@ -195,7 +195,7 @@ impl OnStream for OnDevice {
         self.hangs = true;
     }
 
-    fn is_lost(&self) -> bool {
+    fn is_lost(&mut self) -> bool {
         self.cuda.lost.get().is_some()
     }
 }

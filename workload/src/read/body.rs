@@ -3,7 +3,7 @@
 use std::path::{Component, Path};
 
 use crate::error::{Fault, Refusal};
-use crate::model::Body;
+use crate::model::{Argument, Body};
 use crate::tree::{Field, Fields};
 
 /// Arguments of a CUDA kernel: CUDA passes at most 4 KiB of them.
@@ -51,12 +51,31 @@ fn dimensions(field: Field<'_>) -> Result<[u32; 3], Fault> {
     Ok(extents)
 }
 
-fn arguments(field: Field<'_>) -> Result<Vec<i64>, Fault> {
+fn arguments(field: Field<'_>) -> Result<Vec<Argument>, Fault> {
     let items = field.list()?;
     if items.len() > MAX_KERNEL_ARGUMENTS {
         return Err(field.fault(Refusal::Limit, format!("at most {MAX_KERNEL_ARGUMENTS} arguments")));
     }
-    items.map(|item| item.integer()).collect()
+    items.map(argument).collect()
+}
+
+fn argument(item: Field<'_>) -> Result<Argument, Fault> {
+    const KINDS: [&str; 4] = ["input", "output", "scratch", "result"];
+    if !item.is_table() {
+        return item.integer().map(Argument::Integer);
+    }
+    let fields = Fields::open(item.tree, "a kernel's argument", &KINDS)?;
+    let kind = fields.exactly_one(&KINDS)?;
+    let bytes = kind.memory()?;
+    if bytes == 0 {
+        return Err(kind.fault(Refusal::Range, "at least one byte"));
+    }
+    Ok(match kind.key {
+        "input" => Argument::Input(bytes),
+        "output" => Argument::Output(bytes),
+        "scratch" => Argument::Scratch(bytes),
+        _ => Argument::Result(bytes),
+    })
 }
 
 /// A path that stays in the workload file's folder: whoever starts a workload trusts that folder, not the disk.

@@ -124,6 +124,10 @@ impl<'t> Field<'t> {
         Err(self.fault(Refusal::Name, "a name of 1 to 64 letters, digits, `_` and `-`"))
     }
 
+    pub(crate) fn is_table(&self) -> bool {
+        matches!(self.tree.value, Value::Table(_))
+    }
+
     pub(crate) fn boolean(&self) -> Result<bool, Fault> {
         match self.tree.value {
             Value::Boolean(value) => Ok(value),

@@ -16,11 +16,21 @@ pub(crate) struct BodiesError {
 
 /// What is wrong.
 #[derive(Debug)]
-pub(super) enum Why {
+pub(crate) enum Why {
     /// `run` has to execute it.
     NoBody,
-    /// CUDA bodies need a driver and a version with CUDA lanes.
-    Cuda,
+    /// It runs on a CUDA device, and its pool is of the CPU.
+    OfDevice,
+    /// It runs on the CPU, and its pool is of a CUDA device.
+    OfHost,
+    /// Its encoder runs in a pool of another kind, whose results it cannot read.
+    Apart,
+    /// The driver does not take its module.
+    Module(String),
+    /// Its module has no kernel of this name.
+    Kernel(String),
+    /// The device refuses it; where memory is short, how much is free, and of how much.
+    Device { error: String, memory: Option<(usize, usize)> },
     /// Its file could not be used.
     Load(BodyError),
     /// A decoder reads another size than its encoder writes, in numbers of f32.
@@ -29,14 +39,14 @@ pub(super) enum Why {
 
 impl BodiesError {
     /// What is wrong with a part of a task, both by number; `node` is its name in the task.
-    pub(super) fn of(source: &Source, task: usize, part: usize, node: &str, why: Why) -> Self {
+    pub(crate) fn of(source: &Source, task: usize, part: usize, node: &str, why: Why) -> Self {
         let node = format!("{}.{node}", source.workload.tasks[task].name);
         Self { place: source.body(task, part), node, why }
     }
 
-    /// Whether the file is in order, and this version cannot run it.
+    /// Whether the file is in order, and this machine cannot run it.
     pub(crate) const fn is_of_machine(&self) -> bool {
-        matches!(self.why, Why::Cuda)
+        matches!(self.why, Why::Device { .. })
     }
 }
 
@@ -48,8 +58,27 @@ impl fmt::Display for BodiesError {
             Why::NoBody => f.write_str(
                 " has no body, so it can be planned and simulated but not run; expected a body such as { spin = \"1ms\" }",
             ),
-            Why::Cuda => f.write_str(
-                " has a cuda body, and this version has no CUDA lanes; expected a body for the CPU, such as { onnx = \"...\" }",
+            Why::OfDevice => f.write_str(
+                " has a cuda body in a pool of the CPU; expected a body for the CPU, such as { onnx = \"...\" }, or \
+                 kind = \"cuda\" for its pool",
+            ),
+            Why::OfHost => f.write_str(
+                " has an onnx body, which runs on the CPU, in a pool of kind cuda; expected a cuda body, a plugin that \
+                 submits to the stream that it is given, or another pool",
+            ),
+            Why::Apart => f.write_str(
+                " is a decoder in a pool of another kind than its encoder's, whose result it cannot read; expected one \
+                 kind for the stage",
+            ),
+            Why::Module(words) => write!(f, ": its module is no PTX or cubin that the driver takes: {words}"),
+            Why::Kernel(kernel) => {
+                write!(f, ": its module has no kernel `{}`; expected the name behind .entry", shown(kernel))
+            }
+            Why::Device { error, memory: None } => write!(f, " does not run on the device: {error}"),
+            Why::Device { error, memory: Some((free, total)) } => write!(
+                f,
+                " needs more of the device's memory than is left: {error}; {free} of {total} bytes are free; use \
+                 smaller arguments or fewer lanes, or end what else uses the device"
             ),
             Why::Load(error) => write!(f, ": {}", error.told(shown, shown_path)),
             Why::Shape { reads, written } => write!(

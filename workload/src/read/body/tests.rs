@@ -1,10 +1,10 @@
 use crate::Refusal::{Conflict, Missing, Name, Path, Quantity, Range, Type, UnknownKey};
 use crate::fixtures::{accepted, refused, with_nodes};
-use crate::model::{Body, Work};
+use crate::model::{Argument, Body, Work};
 
 #[test]
 fn bodies_stay_in_their_folder_and_are_complete() {
-    let cuda = "cuda = { module = 'k.ptx', kernel = 'step', grid = [4, 2], block = [128], args = [-1, 7] }";
+    let cuda = "cuda = { module = 'k.ptx', kernel = 'step', grid = [4, 2], block = [128], args = [-1, { input = '4KiB' }, { result = '1B' }] }";
     let node = |body: &str| format!("{{ name = 'a', wcet = '1ms', body = {{ {body} }} }}");
     let read = |body: &str| match accepted(&with_nodes(&node(body), "")).tasks.remove(0).nodes.remove(0).work
     {
@@ -12,7 +12,8 @@ fn bodies_stay_in_their_folder_and_are_complete() {
         Work::Stage(_) => panic!("an ordinary node was written"),
     };
     let (module, kernel) = ("k.ptx".to_owned(), "step".to_owned());
-    let expected = Body::Cuda { module, kernel, grid: [4, 2, 1], block: [128, 1, 1], args: vec![-1, 7] };
+    let args = vec![Argument::Integer(-1), Argument::Input(4096), Argument::Result(1)];
+    let expected = Body::Cuda { module, kernel, grid: [4, 2, 1], block: [128, 1, 1], args };
     assert_eq!(read(cuda), expected);
     assert_eq!(read("onnx = './m/a.onnx'"), Body::Onnx { path: "./m/a.onnx".to_owned() });
     let cases = [
@@ -35,7 +36,14 @@ fn bodies_stay_in_their_folder_and_are_complete() {
         (&cuda.replace("[4, 2]", "[]"), Range, "one to three"),
         (&cuda.replace("[4, 2]", "[0]"), Range, "from 1"),
         (&cuda.replace("[128]", "[1, 1, 1, 1]"), Range, "one to three"),
-        (&cuda.replace("[-1, 7]", "[1.5]"), Type, "integer"),
+        (&cuda.replace("[-1,", "[1.5,"), Type, "integer"),
+        (&cuda.replace("4KiB", "0B"), Range, "at least one byte"),
+        (&cuda.replace("input", "imput"), UnknownKey, "did you mean `input`?"),
+        (
+            &cuda.replace("input = '4KiB'", "input = '4KiB', output = '1B'"),
+            Conflict,
+            "both `input` and `output`",
+        ),
         (&cuda.replace("kernel = 'step', ", ""), Missing, "no `kernel`"),
     ];
     for (body, refusal, words) in cases {

@@ -1,0 +1,185 @@
+//! Pools of kind `cuda`: their device, and the bodies of their nodes, each lane with memory of its own.
+//!
+//! Everything is loaded, allocated and run once before real time starts, because the first use of anything may make the
+//! whole device wait.
+
+mod load;
+
+use super::SessionError;
+use super::faults::{self, Fault, Said};
+use load::Step;
+use red_bodies::Call;
+use red_bodies::scene::Scene;
+use red_cuda::{Buffer, Stream};
+use red_rt::clock::now_ns;
+use red_rt::cuda::{Bodies, Cuda, CudaFigures, NotSubmitted};
+use red_rt::handler::{Failed, Handler, Work};
+use red_workload::model::{PoolKind, Workload};
+use serde::Serialize;
+use std::fmt;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// The device of a workload's CUDA pools, and what its lanes run.
+pub(crate) struct CudaPools {
+    cuda: Cuda,
+    /// The first of them.
+    pool: String,
+    /// Their lanes over all pools, a bit each.
+    lanes: u32,
+    /// By lane; each is taken once.
+    handlers: Vec<Mutex<Option<Box<dyn Handler>>>>,
+    said: Arc<Mutex<Vec<Said>>>,
+}
+
+impl fmt::Debug for CudaPools {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("CudaPools").field("lanes", &self.lanes).finish_non_exhaustive()
+    }
+}
+
+/// What the streams of a run did.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct CudaSummary {
+    /// Waits of a stream for an event of another.
+    pub(crate) event_waits_issued: u64,
+    /// Predecessors on the device that needed no such wait.
+    pub(crate) event_waits_avoided: u64,
+    /// Units that were given to their streams while their predecessors ran.
+    pub(crate) submissions_ahead: u64,
+    /// Bytes of the device's memory that buffers took, at their highest.
+    pub(crate) device_memory_bytes: u64,
+    /// What was allocated or loaded on the device after the start.
+    pub(crate) late_allocations: u64,
+    /// The error that ended the device's context.
+    pub(crate) device_lost: Option<String>,
+}
+
+/// Whether a pool's lanes are streams.
+pub(crate) fn is_cuda(workload: &Workload, pool: usize) -> bool {
+    workload.pools.get(pool).is_some_and(|pool| pool.kind == PoolKind::Cuda)
+}
+
+/// Lanes of a pool, over all pools.
+fn lanes_of(workload: &Workload, pool: usize) -> impl Iterator<Item = usize> + use<> {
+    let lanes = |pools: &[red_workload::model::Pool]| pools.iter().map(|pool| pool.lanes as usize).sum();
+    let first: usize = lanes(&workload.pools[..pool]);
+    first..first + workload.pools[pool].lanes as usize
+}
+
+impl CudaPools {
+    /// Opens the device, if a pool needs one.
+    ///
+    /// # Errors
+    /// [`SessionError::Cuda`].
+    pub(crate) fn open(workload: &Workload) -> Result<Option<Self>, SessionError> {
+        let pools = || (0..workload.pools.len()).filter(|pool| is_cuda(workload, *pool));
+        let Some(first) = pools().next() else { return Ok(None) };
+        let lanes = pools().flat_map(|pool| lanes_of(workload, pool)).fold(0, |set, lane| set | 1 << lane);
+        let pool = workload.pools[first].name.clone();
+        let cuda = Cuda::open(0, lanes).map_err(|why| SessionError::Cuda { pool: pool.clone(), why })?;
+        let said = Arc::new(Mutex::new(faults::table()));
+        Ok(Some(Self { cuda, pool, lanes, handlers: Vec::new(), said }))
+    }
+
+    /// Lanes whose handlers have streams, a bit each.
+    pub(crate) const fn lanes(&self) -> u32 {
+        self.lanes
+    }
+
+    /// The handler of a lane; of one that is asked for again, one that fails everything.
+    pub(crate) fn handler(&self, lane: usize) -> Box<dyn Handler> {
+        let place = self.handlers.get(lane);
+        let taken = place.and_then(|place| place.lock().unwrap_or_else(PoisonError::into_inner).take());
+        taken.unwrap_or_else(|| Box::new(Spent))
+    }
+
+    /// What bodies said of their failures.
+    pub(crate) fn said(&self) -> Vec<Said> {
+        std::mem::take(&mut *self.said.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    /// What the streams did.
+    pub(crate) fn summary(&self, ahead: u64) -> CudaSummary {
+        let CudaFigures { event_waits_issued, event_waits_avoided, device_memory_bytes, late_allocations } =
+            self.cuda.figures();
+        CudaSummary {
+            event_waits_issued,
+            event_waits_avoided,
+            submissions_ahead: ahead,
+            device_memory_bytes,
+            late_allocations,
+            device_lost: self.cuda.lost().map(|error| error.to_string()),
+        }
+    }
+}
+
+/// A lane that lost its stream to a body that did not return.
+struct Spent;
+
+impl Handler for Spent {
+    fn run(&mut self, _: &Work) -> Result<(), Failed> {
+        Err(Failed)
+    }
+}
+
+/// Results of encoders, by number, shared by the lanes: the streams order who writes and who reads.
+type Results = Arc<Vec<Buffer>>;
+
+/// One lane's bodies: of a node, or of the encoder and then the decoders of a whole stage.
+struct LaneBodies {
+    lane: usize,
+    origin_ns: u64,
+    /// By task and node.
+    steps: Vec<Vec<Vec<Step>>>,
+    results: Results,
+    said: Arc<Mutex<Vec<Said>>>,
+    obstacle_ns: Option<(u64, u64)>,
+    scene: Scene,
+    image: Vec<f32>,
+    /// The frame in `image`: its number, and whether the obstacle is in it.
+    seen: Option<(u64, bool)>,
+}
+
+impl Bodies for LaneBodies {
+    fn begin(&mut self, origin_ns: u64) {
+        self.origin_ns = origin_ns;
+    }
+
+    fn submit(&mut self, work: &Work, stream: &Stream) -> Result<(), NotSubmitted> {
+        let (task, node) = (work.task.index(), work.node.index());
+        let call = Call {
+            now_ns: now_ns(),
+            release_ns: self.origin_ns.saturating_add(work.release_ns),
+            deadline_ns: self.origin_ns.saturating_add(work.deadline_ns),
+            job: work.job,
+            task: task as u32,
+            lane: u32::try_from(self.lane).unwrap_or(u32::MAX),
+        };
+        let result = work.output.and_then(|number| self.results.get(usize::from(number)));
+        let result = result.map(Buffer::address);
+        let Self { steps, said, scene, image, seen, obstacle_ns, .. } = self;
+        let steps = steps.get_mut(task).and_then(|nodes| nodes.get_mut(node)).ok_or(NotSubmitted::Body)?;
+        for step in steps {
+            if step.wants_image() {
+                let obstacle =
+                    obstacle_ns.is_some_and(|(from, until)| (from..until).contains(&work.release_ns));
+                if *seen != Some((work.job, obstacle)) {
+                    scene.draw(work.job, obstacle, image).map_err(|_| NotSubmitted::Body)?;
+                    *seen = Some((work.job, obstacle));
+                }
+            }
+            step.submit(&call, result, image, stream).map_err(|fault| {
+                let answer = match &fault {
+                    Fault::Device(error) => NotSubmitted::Driver(*error),
+                    Fault::Body(_) => NotSubmitted::Body,
+                };
+                // Nobody waits here: of two lanes that fail at once, one is heard.
+                if let Ok(mut said) = said.try_lock() {
+                    faults::say(&mut said, (task, work.job, node, fault));
+                }
+                answer
+            })?;
+        }
+        Ok(())
+    }
+}

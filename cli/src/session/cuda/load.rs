@@ -1,0 +1,372 @@
+//! Loading: modules once, and for each lane the memory of each node, which everything runs in once.
+
+use super::{CudaPools, LaneBodies, Results, is_cuda, lanes_of};
+use crate::session::SessionError;
+use crate::session::bodies::{BodiesError, FRAME, Why};
+use crate::session::faults::Fault;
+use red_bodies::plugin::{Host as PluginHost, Plugin, PluginBody};
+use red_bodies::scene::Scene;
+use red_bodies::{Call, SPIN_PTX, contents, within};
+use red_cuda::{Arguments, Buffer, CudaError, Device, Kernel, Module, Pinned, Stream};
+use red_workload::Source;
+use red_workload::build::{Numbered, Role};
+use red_workload::model::{Argument, Arrival, Body, Part};
+use std::collections::HashMap;
+use std::ffi::CString;
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex};
+
+/// Largest module, in bytes.
+const MOST_MODULE_BYTES: u64 = 256 << 20;
+/// Results that may be kept at a time, at most.
+const MOST_RESULTS: u64 = 256;
+
+/// A body, before it is a lane's.
+enum Loaded {
+    Kernel { module: Module, kernel: CString, grid: [u32; 3], block: [u32; 3], args: Vec<Argument> },
+    Plugin(Plugin),
+}
+
+/// A body as one lane submits it.
+pub(super) enum Step {
+    Kernel(Box<KernelStep>),
+    Plugin(PluginBody),
+}
+
+pub(super) struct KernelStep {
+    kernel: Kernel,
+    arguments: Arguments,
+    inputs: Vec<(Pinned, Buffer)>,
+    outputs: Vec<(Buffer, Pinned)>,
+    /// Kept for the kernel.
+    _scratch: Vec<Buffer>,
+    /// Which arguments are the address of a result.
+    results: Vec<usize>,
+    /// Of a whole stage: the result that its parts hand on.
+    own_result: Option<Arc<Buffer>>,
+}
+
+impl Step {
+    /// Whether it reads the camera's image.
+    pub(super) fn wants_image(&self) -> bool {
+        matches!(self, Self::Kernel(step) if !step.inputs.is_empty())
+    }
+
+    /// Submits it. `result` is the address of the encoder's result that it writes or reads.
+    pub(super) fn submit(
+        &mut self,
+        call: &Call,
+        result: Option<u64>,
+        image: &[f32],
+        stream: &Stream,
+    ) -> Result<(), Fault> {
+        match self {
+            Self::Plugin(plugin) => Ok(plugin.submit(call, stream.as_ptr())?),
+            Self::Kernel(step) => {
+                for (here, there) in &mut step.inputs {
+                    for (bytes, value) in here.bytes_mut().chunks_exact_mut(4).zip(image) {
+                        bytes.copy_from_slice(&value.to_le_bytes());
+                    }
+                    stream.upload(here, there)?;
+                }
+                let own = step.own_result.as_deref().map(Buffer::address);
+                for at in &step.results {
+                    step.arguments.set(*at, own.or(result).unwrap_or(0));
+                }
+                stream.launch(&step.kernel, &mut step.arguments)?;
+                for (there, here) in &mut step.outputs {
+                    stream.download(there, here)?;
+                }
+                Ok(())
+            }
+        }
+    }
+}
+
+/// What is loaded so far, and where.
+struct Loader<'a> {
+    pools: &'a CudaPools,
+    source: &'a Source,
+    host: &'a Arc<PluginHost>,
+    modules: HashMap<PathBuf, Module>,
+    spin: Option<Module>,
+    results: Results,
+    task: usize,
+    part: usize,
+}
+
+impl CudaPools {
+    /// Loads the bodies of all nodes in CUDA pools, for each of their lanes, and runs the kernels once.
+    ///
+    /// # Errors
+    /// [`BodiesError`], for the first node that cannot run.
+    pub(crate) fn load(
+        &mut self,
+        source: &Source,
+        nodes: &[Vec<Numbered>],
+        host: &Arc<PluginHost>,
+        obstacle_ns: Option<(u64, u64)>,
+    ) -> Result<(), SessionError> {
+        let workload = &source.workload;
+        let results = Results::new(results(self, source, nodes).map_err(|error| self.refused(error))?);
+        let lanes: usize = workload.pools.iter().map(|pool| pool.lanes as usize).sum();
+        let mut of_lanes: Vec<Vec<Vec<Vec<Step>>>> = (0..lanes)
+            .map(|_| nodes.iter().map(|nodes| nodes.iter().map(|_| Vec::new()).collect()).collect())
+            .collect();
+        let (modules, results) = (HashMap::new(), results);
+        let mut loader = Loader { pools: self, source, host, modules, spin: None, results, task: 0, part: 0 };
+        for (task, of_task) in nodes.iter().enumerate() {
+            (loader.task, loader.part) = (task, 0);
+            for (node, numbered) in of_task.iter().enumerate() {
+                for (name, part, pool) in parts(numbered) {
+                    if is_cuda(workload, pool) {
+                        let loaded = loader.load(part, &name)?;
+                        let is_whole = matches!(numbered.role, Role::Coarse(_));
+                        for lane in lanes_of(workload, pool) {
+                            let steps = &mut of_lanes[lane][task][node];
+                            let own = if is_whole { loader.own_result(steps, part, &name)? } else { None };
+                            steps.push(loader.instance(&loaded, lane, own, &name)?);
+                        }
+                    }
+                    loader.part += 1;
+                }
+            }
+        }
+        let mut handlers = Vec::new();
+        for (lane, steps) in of_lanes.into_iter().enumerate() {
+            let scene = Scene::new(FRAME.0, FRAME.1);
+            let image = vec![0.0; scene.len()];
+            let said = self.said.clone();
+            let bodies = LaneBodies {
+                lane,
+                origin_ns: 0,
+                steps,
+                results: loader.results.clone(),
+                said,
+                obstacle_ns,
+                scene,
+                image,
+                seen: None,
+            };
+            let is_stream = self.lanes >> lane & 1 != 0;
+            let handler = is_stream.then(|| self.cuda.handler(lane, Box::new(bodies))).transpose();
+            handlers.push(Mutex::new(handler.map_err(|error| self.refused(error))?));
+        }
+        self.handlers = handlers;
+        Ok(())
+    }
+
+    fn refused(&self, error: CudaError) -> SessionError {
+        SessionError::Cuda { pool: self.pool.clone(), why: error.into() }
+    }
+}
+
+/// The parts that a node executes in their order, with their names and where they run: a whole stage runs in the pool of
+/// its encoder.
+fn parts(numbered: &Numbered) -> Vec<(String, &Part, usize)> {
+    match &numbered.role {
+        Role::Plain(part) | Role::Encoder { part, .. } | Role::Decoder { part, .. } => {
+            vec![(numbered.name.clone(), part, part.pool)]
+        }
+        Role::Coarse(stage) => {
+            let named = |name: &str| format!("{}.{name}", numbered.name);
+            let decoders = stage.decoders.iter().map(|(name, part)| (named(name), part, stage.encoder.pool));
+            std::iter::once((named("encoder"), &stage.encoder, stage.encoder.pool)).chain(decoders).collect()
+        }
+    }
+}
+
+/// Bytes of the results that a body writes or reads.
+fn result_bytes(part: &Part) -> Option<u64> {
+    let Body::Cuda { args, .. } = &part.body else { return None };
+    args.iter().filter_map(|arg| if let Argument::Result(bytes) = arg { Some(*bytes) } else { None }).max()
+}
+
+/// Memory for as many results as there may be at a time, if bodies have any: of each encoder one for each of its task's
+/// jobs in flight, and one more for each lane.
+fn results(pools: &CudaPools, source: &Source, nodes: &[Vec<Numbered>]) -> Result<Vec<Buffer>, CudaError> {
+    let (mut largest, mut count) = (0, u64::from(pools.lanes.count_ones()));
+    for (task, nodes) in source.workload.tasks.iter().zip(nodes) {
+        let period = match task.arrival {
+            Arrival::Periodic { period_ns: t } | Arrival::Sporadic { min_interarrival_ns: t } => t.max(1),
+            Arrival::Once => u64::MAX,
+        };
+        let encoders = nodes.iter().filter(|node| matches!(node.role, Role::Encoder { .. })).count() as u64;
+        count = count.saturating_add(encoders.saturating_mul((task.deadline_ns / period).saturating_add(2)));
+        let of_node =
+            |node: &Numbered| parts(node).iter().filter_map(|(_, part, _)| result_bytes(part)).max();
+        largest = largest.max(nodes.iter().filter_map(of_node).max().unwrap_or(0));
+    }
+    let count = if largest == 0 { 0 } else { count.min(MOST_RESULTS) };
+    (0..count).map(|_| buffer(pools.cuda.device(), largest)).collect()
+}
+
+fn buffer(device: &Device, bytes: u64) -> Result<Buffer, CudaError> {
+    // More than an address has is more than the device has.
+    device.buffer(usize::try_from(bytes).unwrap_or(usize::MAX))
+}
+
+impl Loader<'_> {
+    /// Loads a part's body.
+    fn load(&mut self, part: &Part, name: &str) -> Result<Loaded, BodiesError> {
+        let loaded = match &part.body {
+            Body::None => Err(Why::NoBody),
+            Body::Onnx { .. } => Err(Why::OfHost),
+            Body::Spin { duration_ns } => self.spin(*duration_ns),
+            Body::Plugin { path, symbol } => within(self.source.folder(), path.as_ref())
+                .and_then(|path| Plugin::load(&path, symbol, self.host))
+                .map(Loaded::Plugin)
+                .map_err(Why::Load),
+            Body::Cuda { module, kernel, grid, block, args } => {
+                self.module(module).map(|module| Loaded::Kernel {
+                    module,
+                    kernel: CString::new(kernel.as_str()).unwrap_or_default(),
+                    grid: *grid,
+                    block: *block,
+                    args: args.clone(),
+                })
+            }
+        };
+        loaded.map_err(|why| self.refused(name, why))
+    }
+
+    fn spin(&mut self, duration_ns: u64) -> Result<Loaded, Why> {
+        let module = match &self.spin {
+            Some(module) => module.clone(),
+            None => self
+                .pools
+                .cuda
+                .device()
+                .module(SPIN_PTX.as_bytes())
+                .map_err(|e| Why::Module(e.to_string()))?,
+        };
+        self.spin = Some(module.clone());
+        let args = vec![Argument::Integer(duration_ns.cast_signed())];
+        Ok(Loaded::Kernel { module, kernel: c"red_spin".to_owned(), grid: [1; 3], block: [1; 3], args })
+    }
+
+    fn module(&mut self, path: &str) -> Result<Module, Why> {
+        let path = within(self.source.folder(), path.as_ref()).map_err(Why::Load)?;
+        if let Some(module) = self.modules.get(&path) {
+            return Ok(module.clone());
+        }
+        let image = contents(&path, MOST_MODULE_BYTES).map_err(Why::Load)?;
+        let module =
+            self.pools.cuda.device().module(&image).map_err(|error| Why::Module(error.to_string()))?;
+        self.modules.insert(path, module.clone());
+        Ok(module)
+    }
+
+    /// The result that parts of a whole stage hand on: what the first of them has, which is the encoder.
+    fn own_result(
+        &self,
+        before: &[Step],
+        part: &Part,
+        name: &str,
+    ) -> Result<Option<Arc<Buffer>>, BodiesError> {
+        let of_encoder = before.first().and_then(|step| match step {
+            Step::Kernel(step) => step.own_result.clone(),
+            Step::Plugin(_) => None,
+        });
+        let Some(bytes) = result_bytes(part).filter(|_| of_encoder.is_none()) else { return Ok(of_encoder) };
+        let made = buffer(self.pools.cuda.device(), bytes);
+        made.map(|made| Some(Arc::new(made))).map_err(|error| self.refused(name, self.why(&error)))
+    }
+
+    /// A lane's own, which ran once if it is a kernel.
+    fn instance(
+        &self,
+        loaded: &Loaded,
+        lane: usize,
+        own_result: Option<Arc<Buffer>>,
+        name: &str,
+    ) -> Result<Step, BodiesError> {
+        let refused = |why| self.refused(name, why);
+        match loaded {
+            Loaded::Plugin(plugin) => {
+                let made = plugin.instance(u32::try_from(lane).unwrap_or(u32::MAX));
+                made.map(Step::Plugin).map_err(|error| refused(Why::Load(error)))
+            }
+            Loaded::Kernel { module, kernel, grid, block, args } => {
+                let found = module.kernel(kernel, *grid, *block);
+                let kernel =
+                    found.map_err(|_| refused(Why::Kernel(kernel.to_string_lossy().into_owned())))?;
+                let step = self.kernel(kernel, args, own_result);
+                let step = step.and_then(|step| self.warm_up(step));
+                step.map(Step::Kernel).map_err(|error| refused(self.why(&error)))
+            }
+        }
+    }
+
+    fn kernel(
+        &self,
+        kernel: Kernel,
+        args: &[Argument],
+        own_result: Option<Arc<Buffer>>,
+    ) -> Result<Box<KernelStep>, CudaError> {
+        let device = self.pools.cuda.device();
+        let pinned = |bytes: u64| device.pinned(usize::try_from(bytes).unwrap_or(usize::MAX));
+        let mut step = KernelStep {
+            kernel,
+            arguments: Arguments::new(args.len()),
+            inputs: Vec::new(),
+            outputs: Vec::new(),
+            _scratch: Vec::new(),
+            results: Vec::new(),
+            own_result,
+        };
+        for (at, arg) in args.iter().enumerate() {
+            let bits = match *arg {
+                Argument::Integer(value) => value.cast_unsigned(),
+                Argument::Input(bytes) => {
+                    step.inputs.push((pinned(bytes)?, buffer(device, bytes)?));
+                    step.inputs.last().map_or(0, |(_, there)| there.address())
+                }
+                Argument::Output(bytes) => {
+                    step.outputs.push((buffer(device, bytes)?, pinned(bytes)?));
+                    step.outputs.last().map_or(0, |(there, _)| there.address())
+                }
+                Argument::Scratch(bytes) => {
+                    step._scratch.push(buffer(device, bytes)?);
+                    step._scratch.last().map_or(0, Buffer::address)
+                }
+                Argument::Result(_) => {
+                    step.results.push(at);
+                    0
+                }
+            };
+            step.arguments.set(at, bits);
+        }
+        Ok(Box::new(step))
+    }
+
+    /// Runs it once, and clears what it works in before that.
+    fn warm_up(&self, mut step: Box<KernelStep>) -> Result<Box<KernelStep>, CudaError> {
+        let stream = self.pools.cuda.stream()?;
+        let there =
+            step.inputs.iter().map(|(_, there)| there).chain(step.outputs.iter().map(|(there, _)| there));
+        let own = step.own_result.as_deref();
+        there.chain(&step._scratch).chain(own).try_for_each(|buffer| stream.clear(buffer))?;
+        let result = step.own_result.as_deref().or(self.results.first()).map_or(0, Buffer::address);
+        for at in &step.results {
+            step.arguments.set(*at, result);
+        }
+        stream.launch(&step.kernel, &mut step.arguments)?;
+        self.pools.cuda.device().synchronize()?;
+        Ok(step)
+    }
+
+    /// What an error of the driver means for a body.
+    fn why(&self, error: &CudaError) -> Why {
+        let free = self.pools.cuda.device().memory().ok();
+        Why::Device {
+            error: error.to_string(),
+            memory: free.filter(|_| error.kind() == red_cuda::Kind::OutOfMemory),
+        }
+    }
+
+    /// A refusal of the part that is being loaded.
+    fn refused(&self, name: &str, why: Why) -> BodiesError {
+        BodiesError::of(self.source, self.task, self.part, name, why)
+    }
+}
