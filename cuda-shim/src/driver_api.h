@@ -65,13 +65,15 @@ struct CUstream_st;
     X(copy_to_host, cuMemcpyDtoHAsync_v2,                                                                               \
       (void *to, unsigned long long from, size_t bytes, struct CUstream_st *stream))
 
-/* Not in every driver: of each pair there is one. cuda.h of CUDA 12 gives the plain name of the second pair another type,
- * and drivers keep the old one under it. */
+/* Not in every driver: of each of these and its older one below there is one. */
 #define RED_CUDA_OPTIONAL(X)                                                                                            \
     X(context_release, cuDevicePrimaryCtxRelease_v2, (int device))                                                      \
-    X(context_release_10, cuDevicePrimaryCtxRelease, (int device))                                                      \
     X(graph_instantiate, cuGraphInstantiateWithFlags,                                                                   \
-      (struct CUgraphExec_st * *executable, struct CUgraph_st *graph, unsigned long long flags))                        \
+      (struct CUgraphExec_st * *executable, struct CUgraph_st *graph, unsigned long long flags))
+
+/* As CUDA 10.2 has them; newer headers give these names to newer entry points. */
+#define RED_CUDA_OLDER(X)                                                                                               \
+    X(context_release_10, cuDevicePrimaryCtxRelease, (int device))                                                      \
     X(graph_instantiate_10, cuGraphInstantiate,                                                                         \
       (struct CUgraphExec_st * *executable, struct CUgraph_st *graph, struct CUgraphNode_st **error_node,               \
        char *log, size_t log_size))

@@ -22,6 +22,7 @@ static struct {
     bool is_loaded;
     RED_CUDA_REQUIRED(FIELD)
     RED_CUDA_OPTIONAL(FIELD)
+    RED_CUDA_OLDER(FIELD)
 } driver;
 
 /* POSIX gives dlsym's result the size of a function pointer; ISO C has no cast for it. */
@@ -78,6 +79,7 @@ red_cuda_status_t red_cuda_load(char *words, size_t size)
 #define LOOK(field, name, parameters) (void)look_up(library, #name, (void *)&driver.field);
     RED_CUDA_REQUIRED(REQUIRE)
     RED_CUDA_OPTIONAL(LOOK)
+    RED_CUDA_OLDER(LOOK)
     if (driver.context_release == NULL && driver.context_release_10 == NULL) {
         MISSING("cuDevicePrimaryCtxRelease");
     }

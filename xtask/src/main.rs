@@ -29,6 +29,7 @@ mod clients;
 mod copy;
 mod cortex_m;
 mod cross;
+mod cuda;
 mod depth;
 mod faults;
 mod fuzz;

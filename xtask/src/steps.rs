@@ -8,6 +8,7 @@ use crate::abi_traces;
 use crate::clients;
 use crate::cortex_m;
 use crate::cross::{self, CORTEX_M0, CORTEX_M4};
+use crate::cuda;
 use crate::depth::Depth;
 use crate::faults;
 use crate::fuzz;
@@ -64,6 +65,11 @@ const STEPS: &[Step] = &[
     },
     Step { name: "models", what: "the networks are what their generator makes", run: models },
     Step { name: "onnx", what: "a second inference engine agrees on the networks", run: onnx },
+    Step {
+        name: "cuda",
+        what: "prototypes against NVIDIA's header, kernels against its assembler for five architectures",
+        run: cuda::step,
+    },
     Step { name: "examples", what: "every example runs", run: examples },
     Step {
         name: "deny",

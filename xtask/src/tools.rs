@@ -29,6 +29,25 @@ impl Python<'_> {
             .stream()
     }
 
+    /// The packages that a file names, in a folder of this name, which is not Python's own.
+    ///
+    /// # Errors
+    /// They cannot be had.
+    pub(crate) fn packages(&self, requirements: &Path, name: &str) -> Result<PathBuf, Failure> {
+        let folder = self.workspace.target.join("packages").join(name);
+        let wanted = read(&self.workspace.root.join(requirements))?;
+        let stamp = folder.join("installed-requirements.txt");
+        if fs::read_to_string(&stamp).is_ok_and(|installed| installed == wanted) {
+            return Ok(folder);
+        }
+        let install =
+            ["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-deps", "--upgrade"];
+        let pip = self.workspace.command(self.folder.join("bin/python")).args(&install);
+        pip.args(&["--target"]).args(&[&folder]).args(&["-r"]).args(&[requirements]).stream()?;
+        fs::write(&stamp, wanted).map_err(Failure::of_file(&stamp))?;
+        Ok(folder)
+    }
+
     /// The shared library of onnxruntime.
     ///
     /// # Errors

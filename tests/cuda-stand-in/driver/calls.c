@@ -9,6 +9,7 @@
 #define DECLARE(field, name, parameters) unsigned name parameters;
 RED_CUDA_REQUIRED(DECLARE)
 RED_CUDA_OPTIONAL(DECLARE)
+RED_CUDA_OLDER(DECLARE)
 
 #ifdef LACKING
 /* Hidden, and so not found by its name. */
