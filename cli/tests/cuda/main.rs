@@ -1,0 +1,191 @@
+//! Pools of kind `cuda` with a stand-in for the driver, and without any.
+
+mod log;
+#[path = "../process/mod.rs"]
+mod process;
+
+use log::Edges;
+use process::{command, ended, file};
+use red_cuda_stand_in::StandIn;
+use serde_json::Value;
+use std::fmt::Write;
+use std::fs;
+use std::path::Path;
+
+const SCENE: &str = "examples/obstacle-cuda.toml";
+/// As the scene's kernels take on a small board.
+const TAKES: &str = "takes encode 3000\ntakes lane 1000\ntakes segment 2000\ntakes detect 2000\n";
+
+fn run(stand_in: &StandIn, path: &str, more: &[&str]) -> (i32, String, String) {
+    let mut command = command(&[&["run", path, "--best-effort", "--json"], more].concat());
+    ended(&stand_in.give(&mut command).output().expect("the command starts"))
+}
+
+fn summary((status, out, told): (i32, String, String)) -> Value {
+    assert_eq!(status, 0, "{told}");
+    serde_json::from_str(&out).unwrap_or_else(|error| panic!("{error}: {out}"))
+}
+
+fn count(of: &Value, key: &str) -> u64 {
+    of[key].as_u64().unwrap_or_else(|| panic!("{key} of {of}"))
+}
+
+/// The scene with so much time for each job that none is given up on a machine that is busy with something else.
+fn patient() -> String {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let text = fs::read_to_string(root.join(SCENE)).expect("the example");
+    let kernels = fs::read(root.join("examples/kernels/road.ptx")).expect("its kernels");
+    fs::create_dir_all(Path::new(env!("CARGO_TARGET_TMPDIR")).join("kernels")).expect("a folder for tests");
+    file("kernels/road.ptx", &kernels);
+    let patient = text.replace("deadline = \"60ms\"", "deadline = \"20s\"").replace("\"3s\"", "\"1s\"");
+    assert_ne!(patient, text);
+    file("patient.toml", patient.replace("\"6s\"", "\"2s\"").as_bytes()).display().to_string()
+}
+
+#[test]
+fn the_obstacle_scene_runs_on_two_streams_and_waits_only_where_it_must() {
+    let edges = Edges::from([("encode", "lane"), ("encode", "segment"), ("segment", "detect")]);
+    let stand_in = StandIn::new(TAKES);
+    let scene = patient();
+    let ran = summary(run(&stand_in, &scene, &["--duration", "3s"]));
+    let jobs = count(&ran["tasks"][0], "released");
+    assert_eq!((jobs, count(&ran["tasks"][0], "on_time")), (60, 60), "{ran}");
+    let log = stand_in.log();
+    let runs = log::precedence(&log, &edges);
+    // In the warm-up each lane runs everything once.
+    assert_eq!((runs["encode"], runs["lane"], runs["segment"], runs["detect"]), (62, 62, 62, 22));
+    let waits = log::waits(&log, &edges) as u64;
+    assert_eq!(waits, count(&ran, "event_waits_issued"));
+    // Of each job a decoder waits on the other stream, and one behind the encoder on its own.
+    assert!(waits >= 50 && count(&ran, "event_waits_avoided") >= 50, "{ran}");
+    assert!(count(&ran, "submissions_ahead") >= 110, "{ran}");
+    assert!(count(&ran, "device_memory_bytes") > 2 * 184_320, "{ran}");
+    assert_eq!((count(&ran, "late_allocations"), &ran["device_lost"]), (0, &Value::Null));
+    assert!(!log.iter().any(|line| line.starts_with("forbidden")), "a callback called CUDA");
+}
+
+#[test]
+fn under_edf_a_stage_is_one_unit_and_nothing_waits() {
+    let edges = Edges::from([("encode", "lane"), ("encode", "segment"), ("lane", "segment")]);
+    let stand_in = StandIn::new(TAKES);
+    let ran = summary(run(&stand_in, &patient(), &["--duration", "900ms", "--policy", "edf"]));
+    assert_eq!(count(&ran["tasks"][0], "on_time"), 18, "{ran}");
+    let log = stand_in.log();
+    assert_eq!(log::precedence(&log, &edges)["segment"], 20);
+    assert_eq!((log::waits(&log, &edges), count(&ran, "submissions_ahead")), (0, 0));
+}
+
+#[test]
+fn the_summary_has_the_keys_of_a_run_on_the_cpu_and_those_of_the_device() {
+    let keys = |summary: &Value| -> Vec<String> {
+        summary.as_object().expect("an object").keys().cloned().collect()
+    };
+    let on_device = summary(run(&StandIn::new(TAKES), SCENE, &["--duration", "200ms"]));
+    let on_cpu = summary(run(&StandIn::new(""), "examples/cruise.toml", &["--duration", "200ms"]));
+    let own = [
+        "event_waits_issued",
+        "event_waits_avoided",
+        "submissions_ahead",
+        "device_memory_bytes",
+        "late_allocations",
+        "device_lost",
+    ];
+    let (mut all, mut expected) = (keys(&on_device), keys(&on_cpu));
+    assert!(!own.iter().any(|key| expected.iter().any(|other| other == key)));
+    expected.extend(own.map(str::to_owned));
+    all.sort_unstable();
+    expected.sort_unstable();
+    assert_eq!(all, expected);
+}
+
+#[test]
+fn a_run_of_streams_is_replayed_without_a_difference() {
+    let log = Path::new(env!("CARGO_TARGET_TMPDIR")).join("streams.redlog").display().to_string();
+    let ran = summary(run(&StandIn::new(TAKES), &patient(), &["--duration", "500ms", "--record", &log]));
+    assert!(count(&ran, "submissions_ahead") > 0, "{ran}");
+    let (status, out, told) = process::run(&["replay", &log]);
+    assert_eq!((status, out.contains("no difference")), (0, true), "{out}{told}");
+}
+
+/// Graphs of a file, each the only job of its task; one after the other, so that streams are idle now and then.
+const GRAPHS: u64 = 16;
+
+/// A file of random graphs with a kernel of its own for each node, on two to four streams and a lane of the CPU, and its
+/// edges between kernels.
+fn random(seed: u64) -> (String, String, Vec<(String, String)>) {
+    let mut state = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1;
+    let mut below = move |n: u64| {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) % n
+    };
+    let (mut toml, mut ptx, mut edges) =
+        (String::new(), ".version 6.0\n.target sm_53\n".to_owned(), Vec::new());
+    let lanes = 2 + below(3);
+    let _infallible = write!(
+        toml,
+        "[[pool]]\nname = 'gpu'\nkind = 'cuda'\nlanes = {lanes}\n[[pool]]\nname = 'cpu'\nlanes = 1\n"
+    );
+    for task in 0..GRAPHS {
+        let _infallible = write!(
+            toml,
+            "[[task]]\nname = 't{task}'\ndeadline = '60s'\nonce = true\noffset = '{}ms'\n",
+            task * 4
+        );
+        let nodes = 2 + below(9);
+        let on_cpu: Vec<bool> = (0..nodes).map(|_| below(8) == 0).collect();
+        for node in 0..nodes {
+            let after: Vec<u64> = (0..node).filter(|_| below(3) == 0).collect();
+            let names: Vec<String> = after.iter().map(|n| format!("'n{n}'")).collect();
+            let _infallible = write!(
+                toml,
+                "[[task.node]]\nname = 'n{node}'\nwcet = '{}ms'\nafter = [{}]\n",
+                1 + below(9),
+                names.join(", ")
+            );
+            let name = format!("t{task}n{node}");
+            if on_cpu[node as usize] {
+                toml += "pool = 'cpu'\nbody = { spin = '20us' }\n";
+                continue;
+            }
+            let _infallible = writeln!(
+                toml,
+                "body = {{ cuda = {{ module = 'random-{seed}.ptx', kernel = '{name}', grid = [1], block = [32] }} }}"
+            );
+            let _infallible = writeln!(ptx, ".visible .entry {name}() {{ ret; }}");
+            edges.extend(
+                after
+                    .iter()
+                    .filter(|n| !on_cpu[**n as usize])
+                    .map(|n| (format!("t{task}n{n}"), name.clone())),
+            );
+        }
+    }
+    (toml, ptx, edges)
+}
+
+#[test]
+fn a_thousand_random_graphs_keep_precedence_and_wait_for_nothing_else() {
+    let (mut graphs, mut waits, mut ahead) = (0, 0, 0);
+    for seed in 1..=63 {
+        let (toml, ptx, edges) = random(seed);
+        file(&format!("random-{seed}.ptx"), ptx.as_bytes());
+        let path = file(&format!("random-{seed}.toml"), toml.as_bytes());
+        let stand_in = StandIn::new(&format!("takes * {}\n", 20 + seed * 5));
+        let ran = summary(run(&stand_in, path.to_str().expect("UTF-8"), &["--duration", "70ms"]));
+        for task in ran["tasks"].as_array().expect("a list") {
+            assert_eq!(count(task, "on_time"), 1, "seed {seed}: {ran}");
+        }
+        let log = stand_in.log();
+        let edges: Edges<'_> = edges.iter().map(|(from, to)| (from.as_str(), to.as_str())).collect();
+        // Every kernel ran in the warm-up of each lane, which is over before the first mark.
+        let begin = log.iter().position(|line| line.starts_with("call cuEventRecord")).unwrap_or(log.len());
+        let warm =
+            log[..begin].iter().rposition(|line| line.starts_with("call cuCtxSynchronize")).unwrap_or(0);
+        log::precedence(&log[warm..], &edges);
+        assert_eq!(log::waits(&log, &edges) as u64, count(&ran, "event_waits_issued"), "seed {seed}");
+        graphs += GRAPHS;
+        waits += count(&ran, "event_waits_issued");
+        ahead += count(&ran, "submissions_ahead");
+    }
+    assert!(graphs >= 1000 && waits >= 100 && ahead >= 1000, "{graphs} graphs, {waits} waits, {ahead} ahead");
+}
