@@ -5,24 +5,24 @@
 //! a body that would have to fails its job.
 
 mod error;
+mod load;
 
 use super::cuda::is_cuda;
 use super::faults::{self, Said};
-pub(crate) use error::BodiesError;
-pub(crate) use error::Why;
-use red_bodies::onnx::{Engine, Instance, Network, Rten};
+pub(crate) use error::{BodiesError, Why};
+use load::Loader;
+use red_bodies::onnx::{Instance, Network};
 use red_bodies::plugin::{Host as PluginHost, Plugin, PluginBody};
 use red_bodies::scene::Scene;
 use red_bodies::spin::Spin;
-use red_bodies::{Body as _, BodyError, Call, within};
+use red_bodies::{Body as _, BodyError, Call};
 use red_rt::clock::now_ns;
 use red_rt::handler::{Failed, Handler, Work};
 use red_workload::build::{Numbered, Role};
-use red_workload::model::{self, Body, Part, Workload};
+use red_workload::model::{self, Body, Workload};
 use red_workload::{Source, shown, shown_path};
 use std::collections::HashMap;
 use std::fmt;
-use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError, RwLock, TryLockError, TryLockResult};
 
 /// Size of the generated road frames.
@@ -171,72 +171,6 @@ fn check(source: &Source) -> Result<(), BodiesError> {
         }
     }
     Ok(())
-}
-
-struct Loader<'a> {
-    source: &'a Source,
-    host: &'a Arc<PluginHost>,
-    networks: HashMap<PathBuf, Arc<dyn Network>>,
-    /// Which task is being loaded, and how many of its parts are.
-    task: usize,
-    part: usize,
-}
-
-impl Loader<'_> {
-    /// Parts that a CUDA device executes.
-    fn pass(&mut self, parts: usize) -> Node {
-        self.part += parts;
-        Node::Device
-    }
-
-    fn decoder(&mut self, part: &Part, encoder: Option<&Node>, name: &str) -> Result<Node, BodiesError> {
-        let decoder = self.load(part, name)?;
-        if let Some(Node::Encoder(encoder)) = encoder {
-            self.fit(encoder, &decoder, name)?;
-        }
-        Ok(Node::Decoder(decoder))
-    }
-
-    /// Loads the next part.
-    fn load(&mut self, part: &Part, node: &str) -> Result<Loaded, BodiesError> {
-        let loaded = match &part.body {
-            Body::None => Err(Why::NoBody),
-            Body::Cuda { .. } => Err(Why::OfDevice),
-            Body::Spin { duration_ns } => Ok(Loaded::Spin(*duration_ns)),
-            Body::Onnx { path } => self.network(path).map(Loaded::Network).map_err(Why::Load),
-            Body::Plugin { path, symbol } => within(self.source.folder(), path.as_ref())
-                .and_then(|path| Plugin::load(&path, symbol, self.host))
-                .map(Loaded::Plugin)
-                .map_err(Why::Load),
-        };
-        self.part += 1;
-        loaded.map_err(|why| self.refused(node, why))
-    }
-
-    fn network(&mut self, path: &str) -> Result<Arc<dyn Network>, BodyError> {
-        let path = within(self.source.folder(), path.as_ref())?;
-        if let Some(network) = self.networks.get(&path) {
-            return Ok(network.clone());
-        }
-        let network: Arc<dyn Network> = Arc::from(Rten.load(&path)?);
-        self.networks.insert(path, network.clone());
-        Ok(network)
-    }
-
-    /// Whether the decoder that was loaded last reads what its encoder writes.
-    fn fit(&self, encoder: &Loaded, decoder: &Loaded, node: &str) -> Result<(), BodiesError> {
-        match (encoder, decoder) {
-            (Loaded::Network(e), Loaded::Network(d)) if e.output_len() != d.input_len() => {
-                Err(self.refused(node, Why::Shape { reads: d.input_len(), written: e.output_len() }))
-            }
-            _ => Ok(()),
-        }
-    }
-
-    /// A refusal of the part that was loaded last.
-    fn refused(&self, node: &str, why: Why) -> BodiesError {
-        BodiesError::of(self.source, self.task, self.part - 1, node, why)
-    }
 }
 
 /// How a body ended; a failure without an error was told before.
