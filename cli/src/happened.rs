@@ -2,6 +2,7 @@
 
 use crate::outcome::Failure;
 use crate::session::RunSummary;
+use crate::session::cuda::CudaSummary;
 use crate::table::time;
 
 /// A line for each kind of thing that should not have happened, with its cure.
@@ -37,6 +38,21 @@ pub(crate) fn notes(summary: &RunSummary) -> Vec<String> {
     note(summary.realtime && summary.page_faults > 0, &|| {
         format!("page faults while running: {}; allocate in `_open`, and not in a step", summary.page_faults)
     });
+    if let Some(cuda) = &summary.cuda {
+        if cuda.late_memory_bytes > 0 {
+            notes.push(format!(
+                "{} bytes less of the device's memory are free than at the start: allocate in `_open`, for the whole \
+                 device waits for an allocation; or another process did",
+                cuda.late_memory_bytes
+            ));
+        }
+        if cuda.late_allocations > 0 {
+            notes.push(format!(
+                "made on the device while running: {} times, which may make all of it wait",
+                cuda.late_allocations
+            ));
+        }
+    }
     notes
 }
 
@@ -48,6 +64,16 @@ const SUSPENSION_NS: u64 = 1_000_000;
 /// # Errors
 /// [`Failure::Machine`] with the reason.
 pub(crate) fn went_on(summary: &RunSummary) -> Result<(), Failure> {
+    if let Some(CudaSummary { device_lost: Some(error), is_gone, .. }) = &summary.cuda {
+        let cure = if *is_gone {
+            "wait a while before each start, and give up after a few (systemd: RestartSec=10, StartLimitBurst=5)"
+        } else {
+            "start the process again, and mend the kernel"
+        };
+        return Err(Failure::Machine(format!(
+            "the device was lost, and nothing ran on it since: {error}; no process gets it back: {cure}"
+        )));
+    }
     match &summary.gave_up {
         Some(why) => Err(Failure::Machine(format!("the run gave up: {why}"))),
         None => Ok(()),

@@ -14,7 +14,7 @@ pub mod order;
 
 use crate::handler::Handler;
 use crate::stream_seat::StreamSeat;
-use core::sync::atomic::{AtomicU64, Ordering};
+use core::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use order::Order;
 use red_cuda::{Called, CudaError, Device, Driver, Event, LoadError, Stream};
 use std::fmt;
@@ -32,6 +32,10 @@ pub(crate) struct Shared {
     order: Order<Event>,
     /// The error that ended the context.
     lost: OnceLock<CudaError>,
+    /// Whether a stream hangs: whatever is given back to the driver then waits for it.
+    hangs: AtomicBool,
+    /// Bytes of the device that were free when the lanes began.
+    free_bytes: OnceLock<usize>,
     issued: AtomicU64,
     avoided: AtomicU64,
 }
@@ -47,6 +51,8 @@ pub struct CudaFigures {
     pub device_memory_bytes: u64,
     /// Buffers, streams, events, modules and graphs that were made after the start: the device may have waited for them.
     pub late_allocations: u64,
+    /// How much less of the device's memory is free than when the lanes began; other processes and what bodies took.
+    pub late_memory_bytes: u64,
 }
 
 /// There are no CUDA lanes on this machine.
@@ -86,7 +92,8 @@ impl Cuda {
         let device = Device::open(driver, ordinal)?;
         let order = Order::new(lanes, || device.event())?;
         let (issued, avoided) = (AtomicU64::new(0), AtomicU64::new(0));
-        Ok(Self(Arc::new(Shared { device, order, lost: OnceLock::new(), issued, avoided })))
+        let (lost, hangs, free_bytes) = (OnceLock::new(), AtomicBool::new(false), OnceLock::new());
+        Ok(Self(Arc::new(Shared { device, order, lost, hangs, free_bytes, issued, avoided })))
     }
 
     /// The device: for what bodies need.
@@ -118,7 +125,14 @@ impl Cuda {
         self.0.lost.get().copied()
     }
 
-    /// What its lanes did.
+    fn late_memory_bytes(&self) -> Option<u64> {
+        let before = *self.0.free_bytes.get()?;
+        self.0.device.enter().ok()?;
+        let (now, _) = self.0.device.memory().ok()?;
+        Some(before.saturating_sub(now) as u64)
+    }
+
+    /// What its lanes did, after the run.
     #[must_use]
     pub fn figures(&self) -> CudaFigures {
         CudaFigures {
@@ -126,6 +140,7 @@ impl Cuda {
             event_waits_avoided: self.0.avoided.load(Ordering::Relaxed),
             device_memory_bytes: self.0.device.highest_bytes(),
             late_allocations: self.0.device.late(),
+            late_memory_bytes: self.late_memory_bytes().unwrap_or(0),
         }
     }
 }

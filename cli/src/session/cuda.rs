@@ -10,7 +10,7 @@ use super::faults::{self, Fault, Said};
 use load::Step;
 use red_bodies::Call;
 use red_bodies::scene::Scene;
-use red_cuda::{Buffer, Stream};
+use red_cuda::{Buffer, Kind, Stream};
 use red_rt::clock::now_ns;
 use red_rt::cuda::{Bodies, Cuda, CudaFigures, NotSubmitted};
 use red_rt::handler::{Failed, Handler, Work};
@@ -50,8 +50,13 @@ pub(crate) struct CudaSummary {
     pub(crate) device_memory_bytes: u64,
     /// What was allocated or loaded on the device after the start.
     pub(crate) late_allocations: u64,
+    /// How much less of its memory is free at the end than at the start, whoever took it.
+    pub(crate) late_memory_bytes: u64,
     /// The error that ended the device's context.
     pub(crate) device_lost: Option<String>,
+    /// Whether the device itself is gone, and not only the context.
+    #[serde(skip)]
+    pub(crate) is_gone: bool,
 }
 
 /// Whether a pool's lanes are streams.
@@ -100,15 +105,23 @@ impl CudaPools {
 
     /// What the streams did.
     pub(crate) fn summary(&self, ahead: u64) -> CudaSummary {
-        let CudaFigures { event_waits_issued, event_waits_avoided, device_memory_bytes, late_allocations } =
-            self.cuda.figures();
+        let CudaFigures {
+            event_waits_issued,
+            event_waits_avoided,
+            device_memory_bytes,
+            late_allocations,
+            late_memory_bytes,
+        } = self.cuda.figures();
+        let lost = self.cuda.lost();
         CudaSummary {
             event_waits_issued,
             event_waits_avoided,
             submissions_ahead: ahead,
             device_memory_bytes,
             late_allocations,
-            device_lost: self.cuda.lost().map(|error| error.to_string()),
+            late_memory_bytes,
+            device_lost: lost.map(|error| error.to_string()),
+            is_gone: lost.is_some_and(|error| error.kind() == Kind::Lost),
         }
     }
 }

@@ -88,6 +88,7 @@ fn the_summary_has_the_keys_of_a_run_on_the_cpu_and_those_of_the_device() {
         "submissions_ahead",
         "device_memory_bytes",
         "late_allocations",
+        "late_memory_bytes",
         "device_lost",
     ];
     let (mut all, mut expected) = (keys(&on_device), keys(&on_cpu));

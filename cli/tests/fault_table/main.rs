@@ -8,6 +8,7 @@ mod apart;
 mod cpus;
 mod execution;
 mod files;
+mod gpu;
 mod graph;
 mod host;
 mod lanes;

@@ -58,7 +58,6 @@ pub(super) struct OnDevice {
     lane: usize,
     /// There until it is dropped.
     held: Option<Box<Held>>,
-    hangs: bool,
     under_way: VecDeque<UnderWay>,
 }
 
@@ -79,7 +78,7 @@ impl OnDevice {
     ) -> Self {
         let under_way = VecDeque::with_capacity(UNDER_WAY);
         let held = Some(Box::new(Held { bodies, stream, calls }));
-        Self { cuda, own: Own::of(lane), lane, held, hangs: false, under_way }
+        Self { cuda, own: Own::of(lane), lane, held, under_way }
     }
 
     /// Keeps an error that ends the context.
@@ -121,6 +120,9 @@ impl Handler for OnDevice {
 
     fn begin(&mut self, origin_ns: u64) {
         self.noted(self.cuda.device.enter());
+        let free = self.noted(self.cuda.device.memory()).map(|(free, _)| free);
+        // Before the lanes' own first units, by whichever lane comes first.
+        free.map(|free| self.cuda.free_bytes.set(free));
         self.cuda.device.seal();
         if let Some(held) = &mut self.held {
             held.bodies.begin(origin_ns);
@@ -192,7 +194,7 @@ impl OnStream for OnDevice {
     }
 
     fn quarantine(&mut self) {
-        self.hangs = true;
+        self.cuda.hangs.store(true, Ordering::Relaxed);
     }
 
     fn is_lost(&mut self) -> bool {
@@ -202,8 +204,9 @@ impl OnStream for OnDevice {
 
 impl Drop for OnDevice {
     fn drop(&mut self) {
-        // What a stream uses that never ends is left to it, and of a context that is spent nothing can be given back.
-        if self.hangs || self.is_lost() {
+        // Giving anything back waits for the streams of the device, of which one never ends; and of a context that is spent
+        // nothing can be given back.
+        if self.cuda.hangs.load(Ordering::Relaxed) || self.is_lost() {
             mem::forget(self.held.take());
         }
     }

@@ -1,0 +1,227 @@
+//! Rows 61 to 67: what a GPU and its driver do, by a stand-in for the driver.
+
+use crate::process::{command, ended, file};
+use crate::redrt::count;
+use red_cuda::{Called, Device, Driver, Kind};
+use red_cuda_stand_in::{LACKING, StandIn, with};
+use serde_json::Value;
+use std::path::Path;
+use std::process::Command;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicI32, Ordering};
+
+const PTX: &[u8] =
+    b".version 6.0\n.target sm_53\n.visible .entry first() { ret; }\n.visible .entry second() { ret; }\n";
+/// Of two lanes, which run every kernel once in the warm-up.
+const WARM_UPS: u64 = 2;
+
+/// Two streams: a task of two kernels, one after the other, in a budget that one leak exceeds; and a task of the CPU.
+fn workload(row: &str, more: &str) -> String {
+    file(&format!("{row}.ptx"), PTX);
+    let kernel = |name: &str| {
+        format!("body = {{ cuda = {{ module = '{row}.ptx', kernel = '{name}', grid = [1], block = [1] }} }}")
+    };
+    let text = format!(
+        "pool = [{{ name = 'gpu', kind = 'cuda', lanes = 2, memory = '8MiB' }}, {{ name = 'cpu', lanes = 1 }}]\n\
+         [[task]]\nname = 'sees'\nperiod = '20ms'\ndeadline = '2s'\n\
+         node = [{{ name = 'first', wcet = '2ms', memory = '3MiB', {} }},\n\
+         {{ name = 'second', wcet = '2ms', memory = '3MiB', after = ['first'], {} }}]\n\
+         [[task]]\nname = 'steers'\nperiod = '20ms'\ndeadline = '2s'\n\
+         node = [{{ name = 'a', pool = 'cpu', wcet = '1ms', body = {{ spin = '10us' }} }}]\n{more}",
+        kernel("first"),
+        kernel("second"),
+    );
+    file(&format!("{row}.toml"), text.as_bytes()).display().to_string()
+}
+
+fn run(stand_in: &StandIn, path: &str) -> (i32, Value, String) {
+    let mut run = command(&["run", path, "--best-effort", "--json", "--duration", "600ms"]);
+    let (status, out, told) = ended(&stand_in.give(&mut run).output().expect("the command starts"));
+    (status, serde_json::from_str(&out).unwrap_or(Value::Null), told)
+}
+
+/// Released, on time and given up, of both tasks.
+fn jobs(summary: &Value) -> [[u64; 3]; 2] {
+    [0, 1].map(|task| ["released", "on_time", "shed"].map(|key| count(&summary["tasks"][task], key)))
+}
+
+#[test]
+fn row_61_without_a_driver_a_device_or_a_new_enough_version_it_is_told_and_the_cpu_works() {
+    let path = workload("row-61", "");
+    let lacking = StandIn::new("").driver(Path::new(LACKING));
+    let drivers = [
+        (lacking, "lacks cuStreamWaitEvent"),
+        (StandIn::new("devices 0"), "nvidia-smi"),
+        (StandIn::new("version 10010"), "CUDA 10.1"),
+        (StandIn::new("").driver(Path::new("/nowhere")), "CUDA driver"),
+    ];
+    for (driver, words) in drivers {
+        // With a driver of its own the machine has one also where the last of them has not.
+        if words == "CUDA driver" && Driver::load().is_ok() {
+            continue;
+        }
+        let (status, summary, told) = run(&driver, &path);
+        assert_eq!((status, summary), (3, Value::Null), "{told}");
+        for words in [words, "pool `gpu` is of kind cuda", "write kind = \"cpu\""] {
+            assert!(told.contains(words), "no `{words}` in: {told}");
+        }
+        for other in [["sim", &path, "--json"], ["run", "examples/cruise.toml", "--duration=100ms"]] {
+            let more: &[&str] = if other[0] == "run" { &["--best-effort"] } else { &[] };
+            let mut other = command(&[&other[..], more].concat());
+            let (status, _, told) = ended(&driver.give(&mut other).output().expect("the command starts"));
+            assert_eq!(status, 0, "{told}");
+        }
+    }
+}
+
+#[test]
+fn row_62_out_of_memory_fails_one_job_and_gives_its_memory_back() {
+    let path = workload("row-62", "");
+    // In the run every third kernel for a while.
+    let refusals: String =
+        (0..4).map(|n| format!("refuse cuLaunchKernel {} 2\n", 2 * WARM_UPS + 3 + 3 * n)).collect();
+    let (status, summary, told) = run(&StandIn::new(&refusals), &path);
+    assert_eq!(status, 0, "{told}");
+    let [[released, on_time, shed], steers] = jobs(&summary);
+    assert_eq!((on_time, shed), (released - 4, 4), "{summary}");
+    assert_eq!((steers, count(&summary, "failed")), ([30, 30, 0], 4));
+    assert!(told.contains("CUDA_ERROR_OUT_OF_MEMORY") && told.contains("`sees."), "{told}");
+    // Where there is too little for the buffers, nothing starts.
+    let scene = ended(
+        StandIn::new("memory 300000")
+            .give(&mut command(&["run", "examples/obstacle-cuda.toml", "--best-effort"]))
+            .output()
+            .as_ref()
+            .unwrap(),
+    );
+    assert_eq!((scene.0, &*scene.1), (3, ""));
+    assert!(
+        scene.2.contains("needs more of the device's memory than is left")
+            || scene.2.contains("OUT_OF_MEMORY"),
+        "{}",
+        scene.2
+    );
+}
+
+/// What a run is whose device answers with this error after a while.
+fn loses(row: &str, code: i32, words: &[&str]) {
+    let stand_in = StandIn::new(&format!("fault second {} {code}", WARM_UPS + 6));
+    let (status, summary, told) = run(&stand_in, &workload(row, ""));
+    assert_eq!(status, 3, "{told}");
+    for words in words.iter().chain(&["the device was lost", "start"]) {
+        assert!(told.contains(words), "no `{words}` in: {told}");
+    }
+    let [[_, on_time, _], steers] = jobs(&summary);
+    assert_eq!(on_time, 5, "{summary}");
+    assert_eq!(steers, [30, 30, 0], "the CPU goes on");
+    assert_eq!((count(&summary, "lanes_lost"), summary["device_lost"].is_string()), (2, true));
+    let log = stand_in.log();
+    let error = format!(" = {code}");
+    let first = log.iter().position(|line| line.ends_with(&error)).unwrap_or(log.len());
+    let again = log[first..]
+        .iter()
+        .find(|line| line.starts_with("call cuLaunchKernel") || line.starts_with("call cuStreamCreate"));
+    assert_eq!(again, None, "never again in that context");
+}
+
+#[test]
+fn row_63_an_illegal_access_ends_the_device_and_the_run_is_to_be_started_again() {
+    loses("row-63", 700, &["CUDA_ERROR_ILLEGAL_ADDRESS", "start the process again"]);
+    for code in [702, 719] {
+        loses("row-63-other", code, &["start the process again"]);
+    }
+}
+
+#[test]
+fn row_64_a_device_that_is_gone_is_to_be_waited_for_and_given_up_after_a_few_starts() {
+    for code in [46, 999] {
+        loses("row-64", code, &["wait a while", "RestartSec", "StartLimitBurst"]);
+    }
+}
+
+#[test]
+fn row_65_a_stream_that_hangs_is_left_at_a_bound_and_the_other_goes_on() {
+    let stand_in = StandIn::new(&format!("hang second {}", WARM_UPS + 6));
+    let (status, summary, told) = run(&stand_in, &workload("row-65", ""));
+    assert_eq!(status, 0, "{told}");
+    let [[released, on_time, shed], steers] = jobs(&summary);
+    assert_eq!((on_time, shed, steers), (released - 1, 1, [30, 30, 0]), "{summary}");
+    assert_eq!((count(&summary, "lanes_lost"), &summary["device_lost"]), (1, &Value::Null));
+    // On the stream that hangs nothing was submitted after that.
+    let log = stand_in.log();
+    let of = |line: &str| line.split(' ').nth(1).unwrap_or_default().to_owned();
+    let (begins, ends): (Vec<&String>, Vec<&String>) = log
+        .iter()
+        .filter(|line| line.ends_with(" second") && !line.starts_with("call"))
+        .partition(|line| line.starts_with("begin"));
+    let hangs = begins.iter().map(|line| of(line)).find(|stream| {
+        let count = |lines: &[&String]| lines.iter().filter(|line| of(line) == *stream).count();
+        count(&begins) > count(&ends)
+    });
+    let hangs = hangs.expect("one did not end");
+    let begin = log.iter().rposition(|line| *line == format!("begin {hangs} second")).expect("it began");
+    let given = log[begin..].iter().find(|line| line.starts_with(&format!("call cuLaunchKernel {hangs} ")));
+    assert_eq!(given, None);
+}
+
+/// A callback that does what none may.
+struct Calls(Device, AtomicI32);
+
+impl Called for Calls {
+    fn called(&self) {
+        let _entered = self.0.enter();
+        self.1.store(self.0.memory().map_or_else(|error| error.code(), |_| 0), Ordering::Relaxed);
+    }
+}
+
+#[test]
+fn row_66_callbacks_only_ring_and_one_that_calls_cuda_is_seen() {
+    let stand_in = StandIn::new("takes * 500");
+    let (status, _, told) = run(&stand_in, &workload("row-66", ""));
+    assert_eq!(status, 0, "{told}");
+    let log = stand_in.log();
+    assert!(log.iter().any(|line| line.starts_with("call cuLaunchHostFunc")), "lanes sleep meanwhile");
+    assert!(!log.iter().any(|line| line.starts_with("forbidden")), "a callback called CUDA");
+    let planted = with("", || {
+        let device = Device::open(Driver::load().expect("the stand-in"), 0).expect("one device");
+        let stream = device.stream(0).expect("a stream");
+        let calls = Arc::new(Calls(device.clone(), AtomicI32::new(0)));
+        stream.call(calls.clone()).expect("sound");
+        device.synchronize().expect("sound");
+        assert_ne!(calls.1.load(Ordering::Relaxed), 0);
+        assert_ne!(device.memory().map_err(|error| error.kind()), Err(Kind::Poisoned));
+    });
+    assert!(planted.is_none_or(|log| log.iter().any(|line| line.starts_with("forbidden cuMemGetInfo"))));
+}
+
+#[test]
+fn row_67_everything_is_used_once_before_the_start_and_what_comes_late_is_counted() {
+    let stand_in = StandIn::new("");
+    let (status, summary, told) = run(&stand_in, &workload("row-67", ""));
+    assert_eq!(
+        (status, count(&summary, "late_allocations"), count(&summary, "late_memory_bytes")),
+        (0, 0, 0),
+        "{told}"
+    );
+    let log = stand_in.log();
+    let first = log.iter().position(|line| line.starts_with("call cuEventRecord")).expect("a mark");
+    let warm = |kernel: &str| {
+        log[..first].iter().filter(|line| line.starts_with("end") && line.ends_with(kernel)).count() as u64
+    };
+    assert!(warm("first") >= WARM_UPS && warm("second") >= WARM_UPS, "{log:#?}");
+    let makes = ["cuMemAlloc", "cuMemHostAlloc", "cuModuleLoad", "cuStreamCreate", "cuEventCreate"];
+    let late = log[first..].iter().find(|line| makes.iter().any(|call| line.contains(call)));
+    assert_eq!(late, None);
+    // A body of somebody else's that allocates while it runs.
+    let package = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let object = Path::new(env!("CARGO_TARGET_TMPDIR")).join("row-67.so");
+    let mut cc = Command::new("cc");
+    cc.args(["-shared", "-fPIC", "-Wall", "-Wextra", "-Werror", "-I"]).arg(package.join("../bodies/include"));
+    let built = cc.arg("-o").arg(&object).arg(package.join("tests/fault_table/gpu.c")).status();
+    assert!(built.expect("no C compiler; install it with: apt-get install gcc libc6-dev").success());
+    let once = "[[task]]\nname = 'late'\nonce = true\ndeadline = '2s'\n\
+                node = [{ name = 'a', wcet = '2ms', body = { plugin = 'row-67.so', symbol = 'allocates' } }]\n";
+    let (status, summary, told) = run(&StandIn::new(""), &workload("row-67", once));
+    assert_eq!((status, count(&summary, "late_memory_bytes")), (0, 4096), "{told}");
+    assert!(told.contains("4096 bytes less"), "{told}");
+}
