@@ -68,6 +68,7 @@ impl Host {
                     self.turn(false)
                 }
                 Next::Idle => self.waiting.wait(me, &mut sleeper, || self.turn(false)),
+                Next::Stream => unreachable!("no lane has a stream"),
                 Next::Leave => break,
             };
         }

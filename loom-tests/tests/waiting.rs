@@ -130,6 +130,7 @@ impl Host {
                     }
                     self.turn(me)
                 }),
+                Next::Stream => unreachable!("no lane has a stream"),
                 Next::Leave => break,
             };
         }

@@ -130,6 +130,10 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
         let spin_until = begin.saturating_add(shared.waiting.spin_ns());
         let mut called = false;
         let (ok, mut leaves) = loop {
+            if shared.slots[*number].has_passed() {
+                // The lane is another thread's, which takes what is handed from now on.
+                break (false, None);
+            }
             take_ahead(queue, &seat);
             queue.submit(stream, figures);
             let now = shared.waiting.now();

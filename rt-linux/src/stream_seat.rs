@@ -59,8 +59,10 @@ impl Ahead {
 pub struct StreamSeat {
     /// Wakes the lane while its stream has something.
     pub bell: Bell,
-    /// How many were handed.
+    /// How many were handed; how many the lane has taken, which alone says whose turn it is: the second unit may be seen
+    /// before the first.
     handed: AtomicU32,
+    taken: AtomicU32,
     places: [Place; 2],
 }
 
@@ -89,10 +91,9 @@ impl StreamSeat {
 
     /// The unit that was handed first and not taken, once.
     pub fn take(&self) -> Option<Ahead> {
-        // Units are numbered upwards.
-        let waiting = |place: &&Place| place.unit.waiting().map_or(u64::MAX, UnitId::to_bits);
-        let place = self.places.iter().min_by_key(waiting)?;
+        let place = self.next();
         let work = place.unit.take()?;
+        self.taken.fetch_add(1, Ordering::Relaxed);
         let count = place.count.load(Ordering::Relaxed) as usize;
         let after = place.after.iter().map(|word| UnitId::from_bits(word.load(Ordering::Relaxed)));
         let wait_ns = place.wait_ns.load(Ordering::Relaxed);
@@ -102,7 +103,12 @@ impl StreamSeat {
     /// Whether there is a unit to take.
     #[must_use]
     pub fn is_handed(&self) -> bool {
-        self.places.iter().any(|place| place.unit.waiting().is_some())
+        self.next().unit.waiting().is_some()
+    }
+
+    fn next(&self) -> &Place {
+        // Relaxed: the lane's own.
+        &self.places[self.taken.load(Ordering::Relaxed) as usize % 2]
     }
 
     /// Units that were handed last, for whoever has to fail them. To be called under the scheduler's lock.
@@ -113,5 +119,6 @@ impl StreamSeat {
     /// Whatever was handed so far is not to be run any more. To be called under the scheduler's lock.
     pub fn discard(&self) {
         self.places.iter().for_each(|place| place.unit.discard());
+        self.taken.store(self.handed.load(Ordering::Relaxed), Ordering::Relaxed);
     }
 }
