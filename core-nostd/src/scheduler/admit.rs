@@ -46,7 +46,8 @@ impl<C: Capacity> Scheduler<C> {
         let limit = timing.period.map_or(timing.deadline, |t| t.min(timing.deadline));
         let lanes = self.lanes_by_pool();
         let proof = response_time(levels, limit, lanes.as_ref(), budgets.as_ref());
-        if self.ahead == 0 { proof } else { self.held_lanes(levels, proof, lanes) }
+        let is_ahead = self.pools.as_ref().iter().any(|pool| pool.ahead);
+        if is_ahead { self.held_lanes(levels, proof, lanes) } else { proof }
     }
 
     /// The certificate where lanes may wait: each node adds the longest of its predecessors to the work of its pool.
@@ -55,7 +56,7 @@ impl<C: Capacity> Scheduler<C> {
         for place in levels.places() {
             let node = levels.dag.at(place);
             let pool = node.pool.index();
-            let own = if self.ahead >> pool & 1 != 0 { before[place] } else { 0 };
+            let own = if self.pools[pool].ahead { before[place] } else { 0 };
             held[pool] = held[pool].saturating_add(own);
             let same = |after: &usize| levels.dag.at(*after).pool == node.pool;
             let after = levels.dag.out(place).iter().filter(same);

@@ -15,24 +15,17 @@
 //! *What it costs.* A lane that waits for predecessors elsewhere works for nobody: at most as long as the longest of
 //! them takes, which certificates add to the node's cost.
 
-use super::{Scheduler, action::ShedReason, bits, complete::CompleteError, units::Unit};
+use super::{
+    Scheduler,
+    action::ShedReason,
+    bits,
+    complete::CompleteError,
+    units::{Beside, Unit},
+};
 use crate::capacity::{Capacity, Empty};
 use crate::config::Gate;
 use crate::graph::NodeSet;
 use crate::id::{PoolId, UnitId};
-
-crate::capacity::stored! {
-    /// A unit that waits on its lane.
-    #[derive(Clone, Copy, Debug)]
-    pub(super) struct Promise {
-        pub(super) unit: UnitId,
-        memory: u64,
-        pub(super) slot: u8,
-        pub(super) rank: u8,
-        /// Its job was given up.
-        pub(super) broken: bool,
-    }
-}
 
 impl<C: Capacity> Scheduler<C> {
     /// Has a pool dispatch ahead: `poll` answers [`Action::Ahead`](crate::Action::Ahead) there, and certificates take it
@@ -41,14 +34,16 @@ impl<C: Capacity> Scheduler<C> {
     pub fn dispatch_ahead(&mut self, pool: PoolId) -> bool {
         let there = pool.index() < usize::from(self.pool_count);
         let can = there && !self.config.preempt && self.config.gate == Gate::Precedence;
-        self.ahead |= u32::from(can) << (pool.index() % 32);
+        if can {
+            self.pools[pool.index()].ahead = true;
+        }
         can
     }
 
     /// Units of other lanes after which this one, dispatched ahead, has to start. None once it counts as started.
     pub fn waits_for(&self, unit: UnitId) -> impl Iterator<Item = UnitId> + '_ {
-        let lanes = self.promise_of(unit).filter(|lane| !self.promises[*lane].broken).map_or(0, |lane| {
-            let Promise { slot, rank, .. } = self.promises[lane];
+        let lanes = self.promise_of(unit).filter(|lane| !self.beside[*lane].broken).map_or(0, |lane| {
+            let Beside { slot, rank, .. } = self.beside[lane];
             self.leaders(slot.into(), rank.into()).1 & !(1 << lane)
         });
         bits(lanes.into()).map(|lane| self.lanes[lane].unit)
@@ -57,13 +52,13 @@ impl<C: Capacity> Scheduler<C> {
     /// The lane on which a unit waits.
     pub(super) fn promise_of(&self, unit: UnitId) -> Option<usize> {
         let lane = unit.lane().index();
-        (lane < C::LANES && self.promised >> lane & 1 != 0 && self.promises[lane].unit == unit)
+        (lane < C::LANES && self.promised >> lane & 1 != 0 && self.beside[lane].word == unit.to_bits())
             .then_some(lane)
     }
 
     pub(super) fn unit_ahead(&self, unit: UnitId) -> Option<Unit> {
-        let lane = self.promise_of(unit).filter(|lane| !self.promises[*lane].broken)?;
-        let (slot, rank) = (usize::from(self.promises[lane].slot), usize::from(self.promises[lane].rank));
+        let lane = self.promise_of(unit).filter(|lane| !self.beside[*lane].broken)?;
+        let (slot, rank) = (usize::from(self.beside[lane].slot), usize::from(self.beside[lane].rank));
         let version = self.version(slot);
         let encoder = version.encoder_of(rank).filter(|_| version.decoders.contains(rank));
         let output =
@@ -83,10 +78,11 @@ impl<C: Capacity> Scheduler<C> {
     pub(super) fn promise(&mut self, pool: usize) -> Option<UnitId> {
         let (slot, rank, lane) = self.foreseen(pool)?;
         let node = self.version(slot).order[rank];
-        let memory = if self.pools[pool].limited { self.node(slot, rank).memory.0 } else { 0 };
+        let memory = self.footprint(slot, rank, pool);
         self.units += 1;
         let unit = UnitId::new(self.units, node, lane);
-        self.promises[lane] = Promise { unit, memory, slot: slot as u8, rank: rank as u8, broken: false };
+        self.beside[lane] =
+            Beside { word: unit.to_bits(), slot: slot as u8, rank: rank as u8, broken: false };
         self.promised |= 1 << lane;
         // Their ends, and that of what runs before it, keep the promise.
         bits(self.leaders(slot, rank).1.into()).for_each(|leader| self.lanes[leader].leads = true);
@@ -127,7 +123,7 @@ impl<C: Capacity> Scheduler<C> {
         let (count, lanes) = self.leaders(slot, rank);
         let is_next = count == job.waiting_for[rank] && lanes & !p.lanes == 0;
         let is_promised = |lane: usize| {
-            let promise = &self.promises[lane];
+            let promise = &self.beside[lane];
             usize::from(promise.slot) == slot && usize::from(promise.rank) == rank && !promise.broken
         };
         // A result may have to go before the last of the others has ended, and is computed again then.
@@ -154,7 +150,7 @@ impl<C: Capacity> Scheduler<C> {
     /// Starts what waits on idle lanes and has nothing to wait for any more.
     pub(super) fn keep_promises(&mut self) {
         for lane in bits(self.promised.into()) {
-            let Promise { slot, rank, broken, .. } = self.promises[lane];
+            let Beside { slot, rank, broken, .. } = self.beside[lane];
             if !self.lanes[lane].is_busy()
                 && (broken || self.jobs[usize::from(slot)].ready.contains(rank.into()))
             {
@@ -164,34 +160,44 @@ impl<C: Capacity> Scheduler<C> {
     }
 
     fn start_promised(&mut self, lane: usize) {
-        let Promise { unit, memory, slot, rank, broken } = self.take_promise(lane);
+        let Beside { word, slot, rank, broken } = self.take_promise(lane);
+        let unit = UnitId::from_bits(word);
         let (slot, rank) = (usize::from(slot), usize::from(rank));
         if broken {
             let l = &mut self.lanes[lane];
             (l.unit, l.started, l.members, l.merged, l.output) = (unit, self.now, 0, true, 0);
-        } else {
-            self.start_as(unit, slot, rank, lane);
-            let encoder = self.version(slot).encoder_of(rank);
-            let reads = encoder.filter(|_| self.version(slot).decoders.contains(rank));
-            self.lanes[lane].output = reads.map_or(0, |encoder| self.jobs[slot].place[encoder].into());
-            self.requeue(slot);
+            return;
         }
-        self.lanes[lane].memory = memory;
+        self.start_as(unit, slot, rank, lane);
+        let encoder = self.version(slot).encoder_of(rank);
+        let reads = encoder.filter(|_| self.version(slot).decoders.contains(rank));
+        self.lanes[lane].output = reads.map_or(0, |encoder| self.jobs[slot].place[encoder].into());
+        self.lanes[lane].memory = self.footprint(slot, rank, usize::from(self.lanes[lane].pool));
+        self.requeue(slot);
     }
 
-    fn take_promise(&mut self, lane: usize) -> Promise {
+    /// What a rank holds of its pool, where that has a budget.
+    fn footprint(&self, slot: usize, rank: usize, pool: usize) -> u64 {
+        if self.pools[pool].limited { self.node(slot, rank).memory.0 } else { 0 }
+    }
+
+    fn take_promise(&mut self, lane: usize) -> Beside {
         self.promised &= !(1 << lane);
-        core::mem::replace(&mut self.promises[lane], Promise::EMPTY)
+        core::mem::replace(&mut self.beside[lane], Beside::EMPTY)
     }
 
-    /// A job was given up.
+    /// A job was given up: what it was promised goes back but for the lane, which has it until that is reported.
     pub(super) fn break_promises(&mut self, slot: usize) {
         for lane in bits(self.promised.into()) {
-            if usize::from(self.promises[lane].slot) == slot {
-                self.promises[lane].broken = true;
-                if !self.lanes[lane].is_busy() {
-                    self.start_promised(lane);
-                }
+            let Beside { slot: of, rank, .. } = self.beside[lane];
+            if usize::from(of) != slot || self.beside[lane].broken {
+                continue;
+            }
+            let pool = usize::from(self.lanes[lane].pool);
+            self.pools[pool].used -= self.footprint(slot, rank.into(), pool);
+            self.beside[lane].broken = true;
+            if !self.lanes[lane].is_busy() {
+                self.start_promised(lane);
             }
         }
     }
@@ -200,7 +206,7 @@ impl<C: Capacity> Scheduler<C> {
     #[cold]
     pub(super) fn complete_ahead(&mut self, unit: UnitId) -> Result<(), CompleteError> {
         let lane = self.promise_of(unit).ok_or_else(|| self.refuse(unit))?;
-        let Promise { slot, rank, broken, .. } = self.promises[lane];
+        let Beside { slot, rank, broken, .. } = self.beside[lane];
         let before = if broken {
             u32::from(self.lanes[lane].is_busy()) << lane
         } else {
@@ -218,9 +224,11 @@ impl<C: Capacity> Scheduler<C> {
     #[cold]
     pub(super) fn fail_ahead(&mut self, unit: UnitId) -> Result<(), CompleteError> {
         let lane = self.promise_of(unit).ok_or_else(|| self.refuse(unit))?;
-        let Promise { memory, slot, broken, .. } = self.take_promise(lane);
+        let Beside { slot, rank, broken, .. } = self.take_promise(lane);
         let pool = usize::from(self.lanes[lane].pool);
-        self.pools[pool].used -= memory;
+        if !broken {
+            self.pools[pool].used -= self.footprint(slot.into(), rank.into(), pool);
+        }
         self.pools[pool].free |= u32::from(!self.lanes[lane].is_busy()) << lane;
         self.activate(pool);
         if !broken {

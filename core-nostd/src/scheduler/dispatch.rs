@@ -60,7 +60,7 @@ impl<C: Capacity> Scheduler<C> {
                     return answer(Some(action));
                 }
             }
-            if self.ahead >> pool & 1 != 0
+            if self.pools[pool].ahead
                 && let Some(unit) = self.promise(pool)
             {
                 return answer(Some(Action::Ahead(Dispatch { unit, lane: unit.lane() })));

@@ -54,17 +54,15 @@ use crate::config::{Config, Reassign};
 use crate::graph::node_set::bits;
 use crate::policy::frame_cache::Output;
 use crate::time::{Duration, Instant};
-use ahead::Promise;
 use core::hint::cold_path;
 use core::ops::Range;
 use event::Record;
 use jobs::Job;
 use monitor::Monitor;
 use pools::Pool;
-use preempt::Suspended;
 use status::Counters;
 use tasks::Task;
-use units::Lane;
+use units::{Beside, Lane};
 
 crate::capacity::stored! {
     /// The executive: tasks, jobs, lanes and queues in one value of `SIZE` bytes.
@@ -109,9 +107,8 @@ crate::capacity::stored! {
         alarm: Instant,
         /// Start of the monitor's current tick.
         window: Instant,
-        /// Pools that may have something to start, a bit each; those that dispatch ahead.
+        /// Pools that may have something to start, a bit each.
         active: u32,
-        ahead: u32,
         /// Lanes on which a unit waits, a bit each.
         promised: u32,
         /// Slots of jobs in flight, and of ended jobs whose outcome was not taken, a bit each.
@@ -135,8 +132,7 @@ crate::capacity::stored! {
         jobs: C::Jobs<Job<C>>,
         tasks: C::Tasks<Task<C>>,
         outputs: C::Nodes<Output>,
-        suspended: C::Lanes<Suspended>,
-        promises: C::Lanes<Promise>,
+        beside: C::Lanes<Beside>,
         sensors: C::Nodes<Duration>,
         monitor: Monitor,
         counters: Counters,

@@ -17,6 +17,7 @@ crate::capacity::stored! {
         /// The job that ran last (slot plus one) is not queued: it is compared with the queue's head instead.
         pub(super) current: u8,
         pub(super) limited: bool,
+        pub(super) ahead: bool,
         /// Modulo 2^64: lane time of its completed units; of that, up to the current tick's start, and in the tick before.
         pub(super) busy: u64,
         pub(super) mark: u64,

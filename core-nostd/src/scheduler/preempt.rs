@@ -6,20 +6,10 @@
 //! As many sub-jobs as there are lanes may be suspended at a time.
 
 use super::action::{Action, Dispatch};
+use super::units::Beside;
 use super::{Scheduler, bits, event::EventKind};
 use crate::capacity::{Capacity, Empty};
 use crate::time::Duration;
-
-crate::capacity::stored! {
-    /// A preempted sub-job and how long it has run.
-    #[derive(Clone, Copy, Debug)]
-    pub(super) struct Suspended {
-        /// Job slot plus one; 0 is a free place.
-        slot: u8,
-        rank: u8,
-        executed: Duration,
-    }
-}
 
 impl<C: Capacity> Scheduler<C> {
     /// Takes a lane of a full pool for its head, if a larger key runs there. The next `poll` starts the head.
@@ -34,12 +24,12 @@ impl<C: Capacity> Scheduler<C> {
             (!keeps_lane).then(|| (self.rank_key(slot, rank), rank, slot, lane))
         };
         let (key, rank, slot, lane) = bits(self.pools[pool].lanes.into()).filter_map(running).max()?;
-        let place = self.suspended.as_ref().iter().position(|s| s.slot == 0)?;
+        let place = self.beside.as_ref().iter().position(|s| s.slot == 0)?;
         if key <= head || is_encoder && self.pools[pool].limited {
             return None;
         }
-        let executed = self.executed_on(lane);
-        self.suspended[place] = Suspended { slot: slot as u8 + 1, rank: rank as u8, executed };
+        let word = self.executed_on(lane).as_nanos();
+        self.beside[place] = Beside { word, slot: slot as u8 + 1, rank: rank as u8, ..Beside::EMPTY };
         self.note(EventKind::Preempted, slot, rank, lane);
         let unit = self.lanes[lane].unit;
         self.free(lane);
@@ -59,23 +49,25 @@ impl<C: Capacity> Scheduler<C> {
 
     pub(super) fn suspended_after(&self, slot: usize, rank: usize) -> Option<Duration> {
         let place = if self.config.preempt { self.suspended_place(slot, rank)? } else { return None };
-        Some(self.suspended[place].executed)
+        Some(Duration::from_nanos(self.beside[place].word))
     }
 
     pub(super) fn resume(&mut self, slot: usize, rank: usize) -> Duration {
-        let place = self.suspended_place(slot, rank).map(|place| &mut self.suspended[place]);
-        place.map_or(Duration::ZERO, |s| core::mem::replace(s, Suspended::EMPTY).executed)
+        let place = if self.config.preempt { self.suspended_place(slot, rank) } else { None };
+        let place = place.map(|place| &mut self.beside[place]);
+        let word = place.map_or(0, |s| core::mem::replace(s, Beside::EMPTY).word);
+        Duration::from_nanos(word)
     }
 
     pub(super) fn forget_suspended(&mut self, slot: usize) {
         if self.config.preempt {
-            let gone = |s: &&mut Suspended| usize::from(s.slot) == slot + 1;
-            self.suspended.as_mut().iter_mut().filter(gone).for_each(|s| *s = Suspended::EMPTY);
+            let gone = |s: &&mut Beside| usize::from(s.slot) == slot + 1;
+            self.beside.as_mut().iter_mut().filter(gone).for_each(|s| *s = Beside::EMPTY);
         }
     }
 
     fn suspended_place(&self, slot: usize, rank: usize) -> Option<usize> {
-        let here = |s: &Suspended| usize::from(s.slot) == slot + 1 && usize::from(s.rank) == rank;
-        self.suspended.as_ref().iter().position(here)
+        let here = |s: &Beside| usize::from(s.slot) == slot + 1 && usize::from(s.rank) == rank;
+        self.beside.as_ref().iter().position(here)
     }
 }

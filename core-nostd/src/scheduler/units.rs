@@ -34,6 +34,21 @@ crate::capacity::stored! {
     }
 }
 
+crate::capacity::stored! {
+    /// A sub-job beside the lanes: one that lost its lane to a smaller key, or one that waits on it. No scheduler has
+    /// both, for pools that dispatch ahead are not preempted.
+    #[derive(Clone, Copy, Debug)]
+    pub(super) struct Beside {
+        /// How long it has run, or its unit.
+        pub(super) word: u64,
+        /// Job slot, plus one where it lost its lane; 0 is a free place then.
+        pub(super) slot: u8,
+        pub(super) rank: u8,
+        /// It waits, and its job was given up.
+        pub(super) broken: bool,
+    }
+}
+
 impl Lane {
     pub(super) fn is_busy(&self) -> bool {
         self.unit != UnitId::EMPTY
