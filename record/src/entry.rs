@@ -45,6 +45,8 @@ pub enum Call {
     },
     /// `dispatch_ahead`.
     DispatchAhead(PoolId),
+    /// `lose_pool`.
+    LosePool(PoolId),
     /// `add_sensor`, with its period.
     AddSensor(Duration),
     /// No call: a node of the graph of the next `AddTask` or `Commit`.
@@ -222,6 +224,7 @@ impl fmt::Display for Call {
                 memory.map_or(Ok(()), |bytes| write!(f, " and {} bytes", bytes.0))
             }
             Self::DispatchAhead(pool) => write!(f, "dispatch ahead in pool {}", pool.index()),
+            Self::LosePool(pool) => write!(f, "lose pool {}", pool.index()),
             Self::AddSensor(period) => write!(f, "add sensor of period {} ns", period.as_nanos()),
             Self::Node { place, node } => node_in(f, *place, node),
             Self::Edges { from, group, to } => {

@@ -14,7 +14,7 @@ use crate::usage::Usage;
 use crate::waiting::Next;
 use crate::watchdog::{Armed, Bound};
 use core::sync::atomic::Ordering;
-use red_core::{Action, Capacity, Instant, LaneId, Scheduler, UnitId};
+use red_core::{Action, Capacity, Instant, LaneId, PoolId, Scheduler, UnitId};
 use red_record::Recorder;
 use red_sync::{Exclusive, Requests};
 
@@ -43,7 +43,7 @@ struct Report {
     /// A unit, and whether it succeeded.
     done: Option<(UnitId, bool)>,
     /// Its stream is not to be used any more: the lane runs nothing.
-    leaves: Option<Leaves>,
+    leaves: Option<(PoolId, Leaves)>,
 }
 
 /// What came of a turn with the scheduler.
@@ -102,8 +102,10 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
             let _unchanged = best_effort();
             return None;
         }
-        let next =
-            self.session(Report { done: Some((ended.unit, ended.ok)), leaves: ended.leaves }, ended.end);
+        let next = self.session(
+            Report { done: Some((ended.unit, ended.ok)), leaves: ended.leaves.map(|why| (ended.pool, why)) },
+            ended.end,
+        );
         let has_more = !self.queue.is_empty() && ended.leaves.is_none();
         Some(if has_more && matches!(next, Next::Idle) { Next::Stream } else { next })
     }

@@ -11,7 +11,7 @@ use crate::stream::{Progress, Stream, Submitted};
 use crate::stream_seat::{Ahead, StreamSeat};
 use crate::timeline::Host;
 use crate::watchdog::Bound;
-use red_core::{Capacity, Scheduler, UnitId};
+use red_core::{Capacity, PoolId, Scheduler, UnitId};
 use red_sync::Exclusive;
 use std::sync::Arc;
 
@@ -94,6 +94,7 @@ pub(crate) enum Leaves {
 #[derive(Debug)]
 pub(crate) struct Ended {
     pub(crate) unit: UnitId,
+    pub(crate) pool: PoolId,
     pub(crate) ok: bool,
     pub(crate) end: u64,
     /// Nothing may be given to the stream any more.
@@ -175,7 +176,7 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
         figures.overruns += u64::from(took > work.wcet_ns);
         figures.failed += u64::from(!ok);
         let is_kept = shared.slots[*number].disarm(armed) == Bound::Kept;
-        Some(Ended { unit: work.unit, ok, end, leaves, is_kept })
+        Some(Ended { unit: work.unit, pool: work.pool, ok, end, leaves, is_kept })
     }
 }
 

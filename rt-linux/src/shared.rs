@@ -12,7 +12,7 @@ use crate::timeline::{Host, Timeline};
 use crate::waiting::Waiting;
 use crate::watchdog::Slot;
 use core::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
-use red_core::{Capacity, Dispatch, Instant, LaneId, Scheduler, UnitId};
+use red_core::{Capacity, Dispatch, Instant, LaneId, PoolId, Scheduler, UnitId};
 use red_record::{Recorder, Tape};
 use red_sync::{Exclusive, Requests, SharedScheduler, TicketLock};
 use std::sync::{Arc, Mutex};
@@ -164,7 +164,7 @@ impl<C: Capacity, H, L: Exclusive<Scheduler<C>>> Shared<C, H, L> {
         scheduler: &mut Recorder<'_, C>,
         lane: usize,
         given: impl Iterator<Item = UnitId>,
-        why: Leaves,
+        (pool, why): (PoolId, Leaves),
         now: Instant,
     ) {
         let handed = self.waiting.streams[lane].iter().flat_map(|stream| stream.units());
@@ -172,8 +172,15 @@ impl<C: Capacity, H, L: Exclusive<Scheduler<C>>> Shared<C, H, L> {
             let _stale = scheduler.fail(unit, now);
         }
         self.waiting.streams[lane].iter().for_each(|stream| stream.discard());
-        scheduler.retire_lane(LaneId::new(lane as u8));
-        self.left.fetch_or(1 << lane, Ordering::Relaxed);
+        let is_lost = why == Leaves::Lost && scheduler.lose_pool(pool, now);
+        for other in 0..self.slots.len() {
+            let id = LaneId::new(other as u8);
+            // Others that run something find out by themselves; those that do not are given nothing any more.
+            let leaves = other == lane || is_lost && scheduler.pool_of(id) == Some(pool);
+            if leaves && scheduler.retire_lane(id) || other == lane {
+                self.left.fetch_or(1 << other, Ordering::Relaxed);
+            }
+        }
         self.hung.fetch_add((why == Leaves::Hangs).into(), Ordering::Relaxed);
     }
 }

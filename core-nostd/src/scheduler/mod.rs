@@ -122,6 +122,8 @@ crate::capacity::stored! {
         observes: bool,
         /// Whether completions are looked at: to take samples, or because jobs became longer.
         attends: bool,
+        /// Whether a pool was lost.
+        lost: bool,
         pool_count: u8,
         lane_count: u8,
         /// Units ever dispatched, jobs ever released.

@@ -1,10 +1,10 @@
 //! Pools of lanes, and the sensors whose captures jobs share.
 
-use super::Scheduler;
+use super::{Scheduler, action::ShedReason};
 use crate::capacity::{Capacity, Empty};
-use crate::id::{PoolId, SensorId};
+use crate::id::{LaneId, PoolId, SensorId};
 use crate::ready_queue::ReadyQueue;
-use crate::time::{Bytes, Duration};
+use crate::time::{Bytes, Duration, Instant};
 
 crate::capacity::stored! {
     /// A pool: lanes, a memory budget, and the jobs that have something ready for it.
@@ -18,6 +18,7 @@ crate::capacity::stored! {
         pub(super) current: u8,
         pub(super) limited: bool,
         pub(super) ahead: bool,
+        pub(super) lost: bool,
         /// Modulo 2^64: lane time of its completed units; of that, up to the current tick's start, and in the tick before.
         pub(super) busy: u64,
         pub(super) mark: u64,
@@ -86,6 +87,36 @@ impl<C: Capacity> Scheduler<C> {
         }
         (self.lane_count, self.pool_count) = (end, self.pool_count + 1);
         Ok(PoolId::new(pool as u8))
+    }
+
+    /// The pool of a lane; `None`: there is no such lane. Time bound: O(1).
+    pub fn pool_of(&self, lane: LaneId) -> Option<PoolId> {
+        (lane.index() < self.lanes()).then(|| PoolId::new(self.lanes[lane.index()].pool))
+    }
+
+    /// Gives a pool up, because what its lanes ran on is gone: jobs that still need it end with the reason `fault`, and
+    /// so does each that is released from now on. Units that run there have to be reported all the same. `false`: no
+    /// such pool. Time bound: O(jobs * nodes).
+    pub fn lose_pool(&mut self, pool: PoolId, now: Instant) -> bool {
+        self.advance(now);
+        let there = pool.index() < usize::from(self.pool_count);
+        if there {
+            self.pools[pool.index()].lost = true;
+            self.lost = true;
+            self.slots().for_each(|slot| self.end_if_lost(slot));
+        }
+        there
+    }
+
+    /// Ends a job that needs a pool which was lost.
+    #[cold]
+    pub(super) fn end_if_lost(&mut self, slot: usize) {
+        let version = self.version(slot);
+        let undone = self.jobs[slot].undone(version);
+        let needs = |pool: usize| self.pools[pool].lost && undone.first_in(&version.in_pool[pool]).is_some();
+        if self.pool_numbers().any(needs) {
+            self.end_job(slot, Some(ShedReason::Fault));
+        }
     }
 
     /// Makes a sensor known; jobs released between two captures share the earlier one. Sensors of equal

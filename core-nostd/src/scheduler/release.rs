@@ -84,6 +84,9 @@ impl<C: Capacity> Scheduler<C> {
             self.residual_key(slot);
         }
         self.changed(slot);
+        if self.lost {
+            self.end_if_lost(slot);
+        }
         Ok(JobId::new(slot, generation))
     }
 

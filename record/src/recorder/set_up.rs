@@ -26,6 +26,13 @@ impl<C: Capacity> Recorder<'_, C> {
         answer
     }
 
+    /// [`Scheduler::lose_pool`](red_core::Scheduler::lose_pool).
+    pub fn lose_pool(&mut self, pool: PoolId, now: Instant) -> bool {
+        let answer = self.scheduler.lose_pool(pool, now);
+        self.tell(Some(now), Call::LosePool(pool), Answer::Done(answer));
+        answer
+    }
+
     /// [`Scheduler::add_sensor`](red_core::Scheduler::add_sensor). Errors: as there.
     pub fn add_sensor(&mut self, period: Duration) -> Result<SensorId, SensorError> {
         let answer = self.scheduler.add_sensor(period);

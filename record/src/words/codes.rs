@@ -67,6 +67,7 @@ pub(super) mod kind {
     pub(in crate::words) const TASK: u64 = 4;
     pub(in crate::words) const COMMIT: u64 = 5;
     pub(in crate::words) const AHEAD: u64 = 6;
+    pub(in crate::words) const LOST: u64 = 7;
 }
 
 /// Codes of what a poll answers.

@@ -32,6 +32,7 @@ impl Told {
                 (kind::POOL, [lanes.into(), is_limited, bytes, 0, 0])
             }
             Call::DispatchAhead(pool) => (kind::AHEAD, [pool.index() as u64, 0, 0, 0, 0]),
+            Call::LosePool(pool) => (kind::LOST, [pool.index() as u64, 0, 0, 0, 0]),
             Call::AddSensor(period) => (kind::SENSOR, [period.as_nanos(), 0, 0, 0, 0]),
             Call::Node { place, node } => (kind::NODE, node_words(place, &node)),
             Call::Edges { from, group, to } => {
@@ -61,6 +62,7 @@ impl Told {
         let call = match self.kind {
             kind::POOL => Call::AddPool { lanes: first as u8, memory: optional(second, third).map(Bytes) },
             kind::AHEAD => Call::DispatchAhead(PoolId::new(first as u8)),
+            kind::LOST => Call::LosePool(PoolId::new(first as u8)),
             kind::SENSOR => Call::AddSensor(Duration::from_nanos(first)),
             kind::NODE => node(&self.words),
             kind::EDGES => {
@@ -89,7 +91,7 @@ impl Told {
 /// Words that follow a head of this kind, before those of the answer.
 const fn length(kind: u64) -> usize {
     match kind {
-        kind::SENSOR | kind::COMMIT | kind::AHEAD => 1,
+        kind::SENSOR | kind::COMMIT | kind::AHEAD | kind::LOST => 1,
         kind::EDGES => 2,
         kind::POOL => 3,
         kind::TASK => 4,
@@ -123,7 +125,7 @@ pub(super) fn take<E>(
 ) -> Result<Option<(Call, Answer)>, E> {
     let (code, kind) = (head >> 4 & 15, head >> 14 & 63);
     let mut told = Told { kind, words: [0; MOST] };
-    if kind > kind::AHEAD || told.head(code).word(0) != head {
+    if kind > kind::LOST || told.head(code).word(0) != head {
         return Ok(None);
     }
     for word in told.words.iter_mut().take(length(kind)) {
@@ -150,7 +152,7 @@ pub(super) fn take<E>(
             }
             proof(words).map(|proof| Answer::Committed(Ok(proof)))
         }
-        kind::AHEAD => (code < 2).then_some(Answer::Done(code == 1)),
+        kind::AHEAD | kind::LOST => (code < 2).then_some(Answer::Done(code == 1)),
         kind::COMMIT => result(code, &COMMIT).and_then(Result::err).map(|e| Answer::Committed(Err(e))),
         _ => is_ok.then_some(Answer::Nothing),
     };

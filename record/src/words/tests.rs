@@ -62,6 +62,8 @@ fn set_up() -> Vec<Entry> {
         at(pool(Some(Bytes(u64::MAX))), Answer::Pool(Ok(PoolId::new(255)))),
         at(Call::DispatchAhead(PoolId::new(255)), Answer::Done(false)),
         at(Call::DispatchAhead(PoolId::new(0)), Answer::Done(true)),
+        at(Call::LosePool(PoolId::new(3)), Answer::Done(true)),
+        at(Call::LosePool(PoolId::new(255)), Answer::Done(false)),
         at(sensor, Answer::Sensor(Ok(SensorId::new(7)))),
         node(0, Node::new(Wcet::ZERO)),
         node(
@@ -238,7 +240,7 @@ fn words_that_nobody_wrote_are_no_entry() {
         2 | 9 << 4 | 3 << 8,
         7 | 63 << 8,
         // A set-up call of no kind, on a lane, and a node with an answer.
-        12 | 63 << 8 | 7 << 14,
+        12 | 63 << 8 | 8 << 14,
         12 | 2 << 4 | 63 << 8 | 6 << 14,
         12 | 3 << 8 | 2 << 14,
         12 | 1 << 4 | 63 << 8 | 2 << 14,

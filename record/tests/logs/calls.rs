@@ -136,6 +136,7 @@ fn set_up<C: Capacity>(host: &mut Recorder<'_, C>) -> [TaskId; 2] {
     assert_eq!(host.add_pool(0, None), Err(PoolError::NoLane));
     assert_eq!(host.add_pool(255, None), Err(PoolError::Full));
     assert!(!host.dispatch_ahead(PoolId::new(1)), "they preempt");
+    assert!(!host.lose_pool(PoolId::new(9), at(0)));
     let sensor = host.add_sensor(Duration::from_millis(10)).expect("room");
     assert_eq!(host.add_sensor(Duration::from_millis(10)), Ok(sensor));
     assert_eq!(host.add_sensor(Duration::ZERO), Err(SensorError::ZeroPeriod));
@@ -270,7 +271,7 @@ fn a_run_that_was_set_up_by_calls_is_replayed_without_a_difference_in_every_clas
         assert_eq!(found.inputs, entries.len() as u64);
         let calls: HashSet<_> = entries.iter().map(|entry| discriminant(&entry.call)).collect();
         // All but those that take an outcome without a poll, and changes with a number.
-        assert_eq!(calls.len(), 15, "{capacities:?}");
+        assert_eq!(calls.len(), 16, "{capacities:?}");
     }
 }
 
@@ -405,7 +406,7 @@ fn what_was_set_up_is_as_recorded_to_the_bit_or_refused() {
     let said = |entries: Vec<Entry>| -> Vec<_> { entries.into_iter().map(|e| (e.call, e.answer)).collect() };
     let recorded = said(entries(&log).unwrap());
     let kinds: HashSet<_> = recorded.iter().map(|(call, _)| discriminant(call)).collect();
-    assert_eq!(kinds.len(), 9, "seven that set up, one that removes, and the end");
+    assert_eq!(kinds.len(), 10, "eight that set up, one that removes, and the end");
     let (mut refused, mut differ, mut same) = (0, 0, 0);
     for (block, _) in blocks(&log, totals_at(&log) + 24) {
         let length = u32::from_le_bytes(log[block + 4..block + 8].try_into().unwrap()) as usize;

@@ -43,6 +43,8 @@ macro_rules! calls {
                     s.add_pool(lanes, memory)
                 }
                 fn Scheduler_dispatch_ahead(s: &mut S, pool: PoolId) -> bool { s.dispatch_ahead(pool) }
+                fn Scheduler_lose_pool(s: &mut S, pool: PoolId, now: Instant) -> bool { s.lose_pool(pool, now) }
+                fn Scheduler_pool_of(s: &S, lane: LaneId) -> Option<PoolId> { s.pool_of(lane) }
                 fn Scheduler_waits_for(s: &S, unit: UnitId) -> Option<UnitId> { s.waits_for(unit).last() }
                 fn Scheduler_add_sensor(s: &mut S, period: Duration) -> Result<SensorId, SensorError> {
                     s.add_sensor(period)
