@@ -38,6 +38,21 @@ pub(crate) fn notes(summary: &RunSummary) -> Vec<String> {
     note(summary.realtime && summary.page_faults > 0, &|| {
         format!("page faults while running: {}; allocate in `_open`, and not in a step", summary.page_faults)
     });
+    for drifted in summary.cost_drift.iter().take(MOST_DRIFTED) {
+        notes.push(format!(
+            "cost drift: node `{}.{}` took {} in the beginning and {} from {} on: throttled by heat or a lower clock, or by \
+             other work; cool it and fix its clocks (nvidia-smi -lgc, jetson_clocks, cpupower), then measure it again with \
+             `redrt profile`",
+            drifted.task,
+            drifted.node,
+            time(Some(drifted.before_ns)),
+            time(Some(drifted.after_ns)),
+            time(Some(drifted.at_ns)),
+        ));
+    }
+    if summary.cost_drift.len() > MOST_DRIFTED {
+        notes.push(format!("cost drift: {} nodes more", summary.cost_drift.len() - MOST_DRIFTED));
+    }
     if let Some(cuda) = &summary.cuda {
         if cuda.late_memory_bytes > 0 {
             notes.push(format!(
@@ -55,6 +70,9 @@ pub(crate) fn notes(summary: &RunSummary) -> Vec<String> {
     }
     notes
 }
+
+/// Nodes that are told one by one.
+const MOST_DRIFTED: usize = 4;
 
 /// Two readings of two clocks differ by less.
 const SUSPENSION_NS: u64 = 1_000_000;

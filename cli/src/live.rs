@@ -32,6 +32,7 @@ pub(crate) struct View {
     drawn: usize,
     next_plain_ns: u64,
     obstacle_told: bool,
+    drifted: u64,
 }
 
 impl View {
@@ -56,6 +57,7 @@ impl View {
             drawn: 0,
             next_plain_ns: PLAIN_NS,
             obstacle_told: false,
+            drifted: 0,
         }
     }
 
@@ -109,6 +111,12 @@ impl View {
                 if self.obstacle_told { "an obstacle comes into sight" } else { "the obstacle is gone" };
             self.teller.tell(format!("{:<8}{:>6.1} s {what}\n", self.title, seconds(now_ns)));
         }
+        let drifted = get(&live.drifted);
+        if drifted != self.drifted {
+            self.drifted = drifted;
+            let (title, at) = (&self.title, seconds(now_ns));
+            self.teller.tell(format!("{title:<8}{at:>6.1} s {}\n", self.drift(drifted)));
+        }
         if now_ns >= self.next_plain_ns {
             self.next_plain_ns += PLAIN_NS;
             self.teller.tell(format!("{}\n", self.jobs(now_ns, live)));
@@ -147,6 +155,10 @@ impl View {
             };
             lines.push(format!("  obstacle  [{}{obstacle}{}]  {what}", road(from), road(CELLS - until)));
         }
+        let drifted = get(&live.drifted);
+        if drifted > 0 {
+            lines.push(format!("  {}", self.paint.yellow(&self.drift(drifted))));
+        }
         lines.push(format!("  encoder runs saved {:>5}   shed {:>5}", get(&live.saved), get(&live.shed)));
         lines
     }
@@ -168,6 +180,10 @@ impl View {
     fn cells(&self, at_ns: u64) -> usize {
         let cells = u128::from(at_ns) * CELLS as u128 / u128::from(self.duration_ns.max(1));
         usize::try_from(cells).unwrap_or(CELLS).min(CELLS)
+    }
+
+    fn drift(&self, what: u64) -> String {
+        format!("cost drift: `{}` takes longer than in the beginning", self.node(what))
     }
 
     fn node(&self, what: u64) -> &str {

@@ -2,6 +2,7 @@
 
 pub(crate) mod bodies;
 pub(crate) mod cuda;
+mod drift;
 mod faults;
 pub(crate) mod host;
 pub(crate) mod record;
@@ -11,6 +12,7 @@ pub(crate) mod trace;
 
 use bodies::{Bodies, BodiesError};
 use cuda::CudaPools;
+use drift::Costs;
 use host::{Live, Notes};
 use record::{ClosedLog, Recording};
 use red_bodies::onnx::on_lane;
@@ -221,7 +223,8 @@ pub(crate) fn execute(
     let events = if options.trace { TRACE_EVENTS } else { 0 };
     // A unit has two events at least.
     let sub_deadlines = SubDeadlines::new(lanes, events / 2);
-    let notes = Notes::new(tasks.clone(), deadlines, plan.changes, &jobs, events, live.clone());
+    let costs = Costs::new(lanes, plan.nodes.iter().map(Vec::len));
+    let notes = Notes::new(tasks.clone(), deadlines, plan.changes, &jobs, events, costs, live.clone());
     let (record, mut tape) = Recording::start(source, options, &mode)?.unzip();
     for pool in (0..workload.pools.len()).filter(|pool| cuda::is_cuda(workload, *pool)) {
         // Not where the policy opens graphs level by level: nothing is ahead there.
@@ -256,6 +259,7 @@ pub(crate) fn execute(
     progress(Progress::Ended, end_ns, &live);
     let mut summary =
         summary(workload, options, &notes, &figures, record.as_ref().map(ClosedLog::summary), end_ns);
+    summary.cost_drift = notes.costs.drifted(&names, &plan.nodes);
     let mut said = bodies.said();
     if let Some(cuda) = &cuda {
         summary.cuda = Some(cuda.summary(figures.ahead));

@@ -33,6 +33,16 @@ fn misses_and_the_obstacle_are_where_they_happened() {
 }
 
 #[test]
+fn what_takes_longer_than_it_did_is_named_while_the_run_goes_on() {
+    let (mut view, live) = view();
+    let named = |view: &View| seen(&view.figures(SECOND_NS, &live)).iter().any(|line| line.contains("drift"));
+    assert!(!named(&view));
+    live.drifted.store(1, Ordering::Relaxed);
+    view.look_for_misses(SECOND_NS, &live);
+    assert!(named(&view));
+}
+
+#[test]
 fn no_line_is_wider_than_a_terminal() {
     let (mut view, live) = view();
     for counter in [&live.released, &live.on_time, &live.missed, &live.shed, &live.saved] {

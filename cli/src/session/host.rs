@@ -1,6 +1,7 @@
 //! What happens under the scheduler's lock during a run: graph edits, and notes into tables that are large enough
 //! before real time starts.
 
+use super::drift::Costs;
 use super::faults::Faults;
 use red_core::{Capacity, CommitError, Event, EventKind, Instant, JobId, Outcome, ReleaseError, TaskId};
 use red_record::Recorder;
@@ -24,7 +25,9 @@ pub(crate) struct Live {
     pub(crate) shed: AtomicU64,
     /// Results that were taken instead of computed.
     pub(crate) saved: AtomicU64,
-    /// What each lane runs: (task << 8 | node) + 1, 0 when idle.
+    /// The node whose cost drifted last: (task << 8 | node) + 1, 0 for none.
+    pub(crate) drifted: AtomicU64,
+    /// What each lane runs, likewise, 0 when idle.
     pub(crate) lanes: Vec<AtomicU64>,
 }
 
@@ -40,6 +43,7 @@ impl Live {
             missed: zero(),
             shed: zero(),
             saved: zero(),
+            drifted: zero(),
             lanes,
         })
     }
@@ -56,6 +60,8 @@ pub(crate) struct Notes {
     pub(crate) dropped: u64,
     /// Bodies that failed.
     pub(crate) faults: Faults,
+    /// What nodes take, and took.
+    pub(crate) costs: Costs,
     tasks: Vec<TaskId>,
     deadlines_ns: Vec<u64>,
     /// Each with its number in the plan.
@@ -74,6 +80,7 @@ impl Notes {
         changes: Vec<Change>,
         jobs: &[usize],
         events: usize,
+        costs: Costs,
         live: Arc<Live>,
     ) -> Self {
         Self {
@@ -81,6 +88,7 @@ impl Notes {
             events: Vec::with_capacity(events),
             dropped: 0,
             faults: Faults::new(live.lanes.len()),
+            costs,
             tasks,
             deadlines_ns,
             changes: (0..).zip(changes).collect(),
@@ -151,6 +159,7 @@ impl<C: Capacity> Host<C> for Notes {
 
     fn event(&mut self, event: &Event) {
         self.faults.event(event);
+        self.live.drifted.store(self.costs.event(event), Ordering::Relaxed);
         let lane = || self.live.lanes.get(event.lane.index());
         match event.kind {
             EventKind::Hit => add(&self.live.saved),

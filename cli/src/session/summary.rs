@@ -1,6 +1,7 @@
 //! A run in numbers.
 
 use super::cuda::CudaSummary;
+use super::drift::Drifted;
 use super::host::Notes;
 use super::record::LogSummary;
 use super::{Options, Robot};
@@ -48,6 +49,8 @@ pub(crate) struct RunSummary {
     pub(crate) scheduler_bytes: usize,
     /// Executions beyond the WCET.
     pub(crate) overruns: u64,
+    /// Nodes that took longer and longer.
+    pub(crate) cost_drift: Vec<Drifted>,
     /// Bodies that failed, panicked, or did not return within their bound.
     pub(crate) failed: u64,
     /// Lanes that were lost for good.
@@ -144,6 +147,7 @@ pub(super) fn summary(
         allocations: figures.allocations,
         scheduler_bytes: Scheduler::<Robot>::SIZE - Scheduler::<Robot>::RECORD_SIZE,
         overruns: figures.overruns,
+        cost_drift: Vec::new(),
         failed: figures.failed + figures.hung,
         lanes_lost: figures.lanes_lost,
         threads_died: figures.threads_died,

@@ -1,4 +1,4 @@
-//! Rows 61 to 67: what a GPU and its driver do, by a stand-in for the driver.
+//! Rows 61 to 68: what a GPU and its driver do, by a stand-in for the driver.
 
 use crate::process::{command, ended, file};
 use crate::redrt::count;
@@ -138,15 +138,8 @@ fn row_63_an_illegal_access_ends_the_device_and_the_run_is_to_be_started_again()
     }
 }
 
-#[test]
-fn row_64_a_device_that_is_gone_is_to_be_waited_for_and_given_up_after_a_few_starts() {
-    for code in [46, 999] {
-        loses("row-64", code, &["wait a while", "RestartSec", "StartLimitBurst"]);
-    }
-}
-
-#[test]
-fn where_the_device_was_all_there_is_the_run_ends_with_it() {
+/// Where the device was all there is, the run ends with it.
+fn ends_with_it() {
     let path = workload("row-64-alone", "");
     let text = std::fs::read_to_string(&path).expect("it was written");
     let alone = text.split("[[task]]\nname = 'steers'").next().expect("the first task");
@@ -158,6 +151,14 @@ fn where_the_device_was_all_there_is_the_run_ends_with_it() {
     assert_eq!((status, count(&summary, "lanes_lost")), (3, 2), "{told}");
     assert!(told.contains("the device was lost") && told.contains("RestartSec"), "{told}");
     assert!(count(&summary["tasks"][0], "released") < 1000, "the rest of the minute is not waited for");
+}
+
+#[test]
+fn row_64_a_device_that_is_gone_is_to_be_waited_for_and_given_up_after_a_few_starts() {
+    for code in [46, 999] {
+        loses("row-64", code, &["wait a while", "RestartSec", "StartLimitBurst"]);
+    }
+    ends_with_it();
 }
 
 #[test]
@@ -245,4 +246,27 @@ fn row_67_everything_is_used_once_before_the_start_and_what_comes_late_is_counte
     let (status, summary, told) = run(&StandIn::new(""), &workload("row-67", once));
     assert_eq!((status, count(&summary, "late_memory_bytes")), (0, 4096), "{told}");
     assert!(told.contains("4096 bytes less"), "{told}");
+}
+
+#[test]
+fn row_68_a_node_that_takes_longer_and_longer_is_told_with_the_advice_to_measure_it_again() {
+    let path = workload("row-68", "");
+    let drifts = |script: &str| {
+        let mut run = command(&["run", &path, "--best-effort", "--json", "--duration", "1500ms"]);
+        let (status, out, told) = ended(&StandIn::new(script).give(&mut run).output().expect("it starts"));
+        assert_eq!(status, 0, "{told}");
+        let summary: Value = serde_json::from_str(&out).expect("a summary");
+        (summary["cost_drift"].as_array().expect("a list").clone(), told)
+    };
+    let takes = "takes first 4000\ntakes second 4000\n";
+    let (drifted, told) = drifts(&format!("{takes}slows second {} 9000\n", WARM_UPS + 20));
+    let named = |drift: &Value| drift["task"] == "sees" && drift["node"] == "second";
+    let drift = drifted.iter().find(|drift| named(drift)).unwrap_or_else(|| panic!("{drifted:?}: {told}"));
+    assert!(count(drift, "after_ns") > count(drift, "before_ns") * 3 / 2, "{drift}");
+    for words in ["cost drift", "`sees.second`", "nvidia-smi", "redrt profile"] {
+        assert!(told.contains(words), "no `{words}` in: {told}");
+    }
+    // A gate that always speaks says nothing. Twice, for the host may be throttled itself.
+    let is_steady = || drifts(takes).0.iter().all(|drift| !named(drift));
+    assert!(is_steady() || is_steady(), "nothing became slower");
 }

@@ -64,6 +64,19 @@ uint64_t script_of(const char *key, const char *name, uint64_t otherwise)
     return otherwise;
 }
 
+uint64_t script_from(const char *key, const char *name, uint64_t otherwise)
+{
+    pthread_mutex_lock(&reading);
+    for (int i = 0; i < count; i++) {
+        struct line *l = &lines[i];
+        if (strcmp(l->key, key) == 0 && strcmp(l->name, name) == 0 && ++l->times >= l->first) {
+            otherwise = l->second;
+        }
+    }
+    pthread_mutex_unlock(&reading);
+    return otherwise;
+}
+
 bool script_at(const char *key, const char *name, uint64_t *value)
 {
     bool is_now = false;

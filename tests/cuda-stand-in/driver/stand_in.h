@@ -7,6 +7,7 @@
  *   devices 0                how many there are
  *   memory 1000000           bytes of the device
  *   takes NAME 500           kernel NAME takes so many microseconds; `*` is every other one
+ *   slows NAME 3 900         from its third run on it takes so many
  *   fault NAME 3 700         the third run of kernel NAME ends the context with this error
  *   hang NAME 1              the first run of kernel NAME never ends
  *   refuse cuMemAlloc_v2 2 2 the second call of that name answers this error, once
@@ -97,6 +98,8 @@ extern unsigned spent;
 uint64_t script_number(const char *key, uint64_t otherwise);
 /* Of `key name nth value`: the value where this is that time; `counts` the times by name. */
 bool script_at(const char *key, const char *name, uint64_t *value);
+/* The same from that time on. */
+uint64_t script_from(const char *key, const char *name, uint64_t otherwise);
 uint64_t script_of(const char *key, const char *name, uint64_t otherwise);
 void say(const char *format, ...) __attribute__((format(printf, 1, 2)));
 uint64_t clock_ns(void);

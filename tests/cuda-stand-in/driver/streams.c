@@ -51,7 +51,7 @@ static void run_kernel(struct CUstream_st *stream, const char *name)
     bool hangs = script_at("hang", name, &ignored), fails = script_at("fault", name, &error);
     say("begin %d %s", stream->number, name);
     pthread_mutex_unlock(&lock);
-    sleep_us(script_of("takes", name, 0));
+    sleep_us(script_from("slows", name, script_of("takes", name, 0)));
     pthread_mutex_lock(&lock);
     while (hangs && spent == 0 && !stream->ends) {
         pthread_cond_wait(&changed, &lock);

@@ -44,7 +44,8 @@ fn scheduler_and_notes() -> (Box<Scheduler<Small>>, Notes, Vec<TaskId>) {
     let workload = red_workload::parse(FILE.replace('\'', "\"").as_bytes(), Format::Toml, "test").unwrap();
     let mut scheduler: Box<Scheduler<Small>> = Box::new(Scheduler::EMPTY);
     let (plan, tasks) = build::admit(&mut scheduler, &workload, Policy::Redrt.config()).unwrap();
-    let notes = Notes::new(tasks.clone(), vec![0; 2], plan.changes, &[8, 8], 0, Live::new(2));
+    let notes =
+        Notes::new(tasks.clone(), vec![0; 2], plan.changes, &[8, 8], 0, Costs::default(), Live::new(2));
     (scheduler, notes, tasks)
 }
 
