@@ -6,6 +6,8 @@ fn main() {
     }
     let mut build = cc::Build::new();
     build.file("src/red_cuda.c").include("include").std("c11").warnings(true).extra_warnings(true);
+    // In a shared library of somebody's it is nobody else's.
+    build.flag("-fvisibility=hidden");
     build.compile("red_cuda");
     // Part of libc.so.6 since glibc 2.34; a JetPack 4 root has it apart.
     println!("cargo::rustc-link-lib=dl");

@@ -298,8 +298,8 @@ fn handlers(
     notes: Option<Arc<SubDeadlines>>,
 ) -> Arc<Handlers> {
     Arc::new(move |lane| {
-        let on_device = cuda.as_ref().filter(|cuda| cuda.lanes() >> lane & 1 != 0);
-        let handler = on_device.map_or_else(|| bodies.handler(lane), |cuda| cuda.handler(lane));
+        let on_device = cuda.as_ref().and_then(|cuda| cuda.handler(lane));
+        let handler = on_device.unwrap_or_else(|| bodies.handler(lane));
         match &notes {
             Some(notes) => notes.of(lane, handler),
             None => handler,

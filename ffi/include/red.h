@@ -252,6 +252,10 @@ enum red_status
    */
   RED_STATUS_UNKNOWN_LANE = 54,
   /**
+   * The configuration preempts, or opens graphs level by level: nothing can be dispatched ahead.
+   */
+  RED_STATUS_NOT_AHEAD = 55,
+  /**
    * As many jobs are in flight as the capacity class has room for: count it as shed.
    */
   RED_STATUS_JOBS_FULL = 60,
@@ -339,6 +343,10 @@ enum red_status
    * The process has no memory left: nothing was done, free some and try again.
    */
   RED_STATUS_NO_MEMORY = 95,
+  /**
+   * There is no CUDA driver, or no device that works: red_runtime_message says what is missing.
+   */
+  RED_STATUS_CUDA = 96,
 };
 #ifndef __cplusplus
 typedef int32_t red_status;
@@ -667,6 +675,11 @@ enum red_action_kind
    * A job ended. A lane that still runs one of its units must report it all the same.
    */
   RED_ACTION_KIND_ENDED = 3,
+  /**
+   * Give the unit to its lane, to start after what that runs and after the units of red_scheduler_waits_for; report it
+   * as any other. Only in pools of red_scheduler_dispatch_ahead.
+   */
+  RED_ACTION_KIND_AHEAD = 4,
 };
 #ifndef __cplusplus
 typedef uint32_t red_action_kind;
@@ -1542,6 +1555,28 @@ typedef struct {
    * red_runtime_message says why if the system did not take it.
    */
   uint64_t log_dropped;
+  /**
+   * At the end, with a pool of CUDA streams: waits of one stream for another.
+   */
+  uint64_t event_waits_issued;
+  /**
+   * At the end, with a pool of CUDA streams: predecessors on the device that needed no such wait.
+   */
+  uint64_t event_waits_avoided;
+  /**
+   * At the end, with a pool of CUDA streams: units that were given to their streams while what they wait for ran.
+   */
+  uint64_t submissions_ahead;
+  /**
+   * At the end, with a pool of CUDA streams: how much less of the device's memory is free than at the start, whoever took it.
+   * The whole device waits where that is done late.
+   */
+  uint64_t late_memory_bytes;
+  /**
+   * At the end: the error of the CUDA driver that ended the device for this process, so that nothing ran on it since; 0: it
+   * works.
+   */
+  uint64_t device_error;
 } red_report;
 
 /**
@@ -2015,6 +2050,20 @@ red_status red_scheduler_members(const red_scheduler *scheduler,
                                  size_t *count);
 
 /**
+ * The units of other lanes after which a unit that was dispatched ahead has to start: what its lane waits for besides what it
+ * was given before. Up to `room` into `units`, and how many there are into `count`; none of a unit that counts as started. If
+ * they are more than `room`, only `count` is written.
+ *
+ * Threads: any, while nobody changes the scheduler. Real time: yes. Time: O(lanes). Errors: RED_STATUS_NOT_RUNNING,
+ * RED_STATUS_TOO_SHORT.
+ */
+red_status red_scheduler_waits_for(const red_scheduler *scheduler,
+                                   uint64_t unit,
+                                   uint64_t *units,
+                                   size_t room,
+                                   size_t *count);
+
+/**
  * The job in flight that was the `index`-th of its task, from 0.
  *
  * Threads: any, while nobody changes the scheduler. Real time: yes. Time: O(jobs). Errors: RED_STATUS_UNKNOWN_JOB.
@@ -2194,6 +2243,24 @@ red_status red_runtime_add_pool(red_runtime *runtime,
                                 uint32_t lanes,
                                 uint64_t memory_bytes,
                                 uint32_t *pool);
+
+/**
+ * Adds a pool of `lanes` lanes after the others that are streams of a CUDA device, by its number from 0. The driver is loaded
+ * at run time. A body of a node there has the lane's stream in its context, submits its work to that, and returns without
+ * waiting for it: it has ended when the stream gets there. Nodes start on the device after those they follow, without the
+ * CPU in between; what follows on the CPU starts when the stream got there. Streams are of the device's primary context, which
+ * is the calling lane's; make what bodies need before the start, for the whole device may wait for an allocation or a module.
+ * Before the start only; one device for a runtime.
+ *
+ * Threads: any, at once. Real time: no. Time: the driver's, on first use a second. Errors: RED_STATUS_CUDA,
+ * RED_STATUS_OUT_OF_RANGE: another device than that of a pool before, RED_STATUS_NO_LANE, RED_STATUS_POOLS_FULL,
+ * RED_STATUS_STARTED, RED_STATUS_FORKED, RED_STATUS_NO_MEMORY.
+ */
+red_status red_runtime_add_cuda_pool(red_runtime *runtime,
+                                     uint32_t device,
+                                     uint32_t lanes,
+                                     uint64_t memory_bytes,
+                                     uint32_t *pool);
 
 /**
  * Makes a sensor known that captures a frame each `period_ns` from the start on; jobs released between two captures share
@@ -2381,6 +2448,27 @@ red_status red_scheduler_add_pool(red_scheduler *scheduler,
                                   uint32_t *pool);
 
 /**
+ * Has a pool dispatch ahead: its lanes run by themselves what they are given, in its order, as streams of a GPU do. Polls then
+ * answer RED_ACTION_KIND_AHEAD, too: a unit that its lane is given while what comes before it runs. Certificates take it
+ * into account.
+ *
+ * Threads: one at a time on a scheduler. Real time: yes. Time: O(1). Errors: RED_STATUS_UNKNOWN_POOL,
+ * RED_STATUS_NOT_AHEAD.
+ */
+red_status red_scheduler_dispatch_ahead(red_scheduler *scheduler,
+                                        uint32_t pool);
+
+/**
+ * Gives a pool up, because what its lanes ran on is gone: jobs that still need it end with RED_SHED_FAULT, and so does each
+ * that is released from now on. Units that run there have to be reported all the same.
+ *
+ * Threads: one at a time on a scheduler. Real time: yes. Time: O(jobs * nodes). Errors: RED_STATUS_UNKNOWN_POOL.
+ */
+red_status red_scheduler_lose_pool(red_scheduler *scheduler,
+                                   uint32_t pool,
+                                   uint64_t now_ns);
+
+/**
  * Makes a sensor known that captures a frame each `period_ns`, from time 0 on; jobs released between two captures share the
  * earlier one. Sensors of one period are one: the frame's number tells them apart.
  *
@@ -2524,4 +2612,4 @@ red_status red_scheduler_commit(red_scheduler *scheduler,
 #define RED_EXECUTIONS_INIT {RED_HEAD(red_executions), 0, 0, 0}
 #define RED_DAG_SUMMARY_INIT {RED_HEAD(red_dag_summary), 0, 0, 0, 0}
 #define RED_RUNTIME_CONFIG_INIT {RED_HEAD(red_runtime_config), 0, 80, 0, 1000000000}
-#define RED_REPORT_INIT {RED_HEAD(red_report), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}
+#define RED_REPORT_INIT {RED_HEAD(red_report), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}

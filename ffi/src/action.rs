@@ -85,6 +85,9 @@ pub enum red_action_kind {
     Preempt = 2,
     /// A job ended. A lane that still runs one of its units must report it all the same.
     Ended = 3,
+    /// Give the unit to its lane, to start after what that runs and after the units of red_scheduler_waits_for; report it
+    /// as any other. Only in pools of red_scheduler_dispatch_ahead.
+    Ahead = 4,
 }
 
 /// One answer of a poll. This struct does not grow.

@@ -65,6 +65,32 @@ pub extern "C" fn red_scheduler_members(
     })
 }
 
+/// The units of other lanes after which a unit that was dispatched ahead has to start: what its lane waits for besides what it
+/// was given before. Up to `room` into `units`, and how many there are into `count`; none of a unit that counts as started. If
+/// they are more than `room`, only `count` is written.
+///
+/// Threads: any, while nobody changes the scheduler. Real time: yes. Time: O(lanes). Errors: RED_STATUS_NOT_RUNNING,
+/// RED_STATUS_TOO_SHORT.
+#[unsafe(no_mangle)]
+pub extern "C" fn red_scheduler_waits_for(
+    scheduler: *const red_scheduler,
+    unit: u64,
+    units: *mut u64,
+    room: usize,
+    count: *mut usize,
+) -> red_status {
+    look(scheduler, |machine| {
+        let out = Room::of(units, room, count)?;
+        let unit = UnitId::from_bits(unit);
+        let _there = machine.unit(unit).ok_or(red_status::NotRunning)?;
+        let mut count = 0;
+        machine.waits_for(unit, &mut |_| count += 1);
+        let mut filling = out.begin(count)?;
+        machine.waits_for(unit, &mut |before| filling.put(before.to_bits()));
+        Ok(red_status::Ok)
+    })
+}
+
 /// The job in flight that was the `index`-th of its task, from 0.
 ///
 /// Threads: any, while nobody changes the scheduler. Real time: yes. Time: O(jobs). Errors: RED_STATUS_UNKNOWN_JOB.

@@ -82,6 +82,8 @@ pub(crate) type Rest = dyn Machine;
 /// The other calls of a [`Scheduler`], whatever its capacity is.
 pub(crate) trait Machine: Logged {
     fn add_pool(&mut self, lanes: u8, memory: Option<Bytes>) -> Result<PoolId, PoolError>;
+    fn dispatch_ahead(&mut self, pool: PoolId) -> bool;
+    fn lose_pool(&mut self, pool: PoolId, now: Instant) -> bool;
     fn add_sensor(&mut self, period: Duration) -> Result<SensorId, SensorError>;
     fn add_task(&mut self, graph: &AnyGraph, timing: Timing) -> Result<TaskId, red_status>;
     fn remove_task(&mut self, task: TaskId, now: Instant) -> bool;
@@ -97,6 +99,7 @@ pub(crate) trait Machine: Logged {
     fn poll_at(&self) -> Option<Instant>;
     fn unit(&self, unit: UnitId) -> Option<Unit>;
     fn members(&self, unit: UnitId, each: &mut dyn FnMut(Member));
+    fn waits_for(&self, unit: UnitId, each: &mut dyn FnMut(UnitId));
     fn job_id(&self, task: TaskId, index: u64) -> Option<JobId>;
     fn executions(&self, task: TaskId, node: NodeId) -> Option<&Estimator>;
     fn pools(&self) -> u32;
@@ -134,6 +137,7 @@ fn put(action: Option<Action>, to: Out<red_action>) {
     };
     match action {
         Some(Action::Dispatch(dispatch)) => unit(red_action_kind::Dispatch, dispatch),
+        Some(Action::Ahead(dispatch)) => unit(red_action_kind::Ahead, dispatch),
         Some(Action::Preempt(dispatch)) => unit(red_action_kind::Preempt, dispatch),
         Some(Action::Ended(outcome)) => {
             to.put(red_action {
@@ -226,6 +230,18 @@ impl<C: Capacity> Machine for Host<C> {
         Ok(pool)
     }
 
+    fn dispatch_ahead(&mut self, pool: PoolId) -> bool {
+        let is_ahead = call!(self, |calls| calls.dispatch_ahead(pool));
+        self.is_begun |= is_ahead;
+        is_ahead
+    }
+
+    fn lose_pool(&mut self, pool: PoolId, now: Instant) -> bool {
+        let is_lost = call!(self, |calls| calls.lose_pool(pool, now));
+        self.is_begun |= is_lost;
+        is_lost
+    }
+
     fn add_sensor(&mut self, period: Duration) -> Result<SensorId, SensorError> {
         let sensor = call!(self, |calls| calls.add_sensor(period))?;
         self.is_begun = true;
@@ -285,6 +301,10 @@ impl<C: Capacity> Machine for Host<C> {
 
     fn members(&self, unit: UnitId, each: &mut dyn FnMut(Member)) {
         self.scheduler.members(unit).for_each(each);
+    }
+
+    fn waits_for(&self, unit: UnitId, each: &mut dyn FnMut(UnitId)) {
+        self.scheduler.waits_for(unit).for_each(each);
     }
 
     fn job_id(&self, task: TaskId, index: u64) -> Option<JobId> {

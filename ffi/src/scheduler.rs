@@ -9,7 +9,7 @@ use crate::machine::{Rest, Shared};
 use crate::status::{flat, red_status, status};
 use crate::values::{RED_ABI_VERSION, red_scheduler};
 use core::ffi::{c_char, c_void};
-use red_core::{Capacity, Duration, PoolId};
+use red_core::{Capacity, Duration, Instant, PoolId};
 
 /// The version of the ABI that this library has: RED_ABI_VERSION of its header.
 ///
@@ -151,6 +151,42 @@ pub extern "C" fn red_scheduler_add_pool(
     })
 }
 
+/// Has a pool dispatch ahead: its lanes run by themselves what they are given, in its order, as streams of a GPU do. Polls then
+/// answer RED_ACTION_KIND_AHEAD, too: a unit that its lane is given while what comes before it runs. Certificates take it
+/// into account.
+///
+/// Threads: one at a time on a scheduler. Real time: yes. Time: O(1). Errors: RED_STATUS_UNKNOWN_POOL,
+/// RED_STATUS_NOT_AHEAD.
+#[unsafe(no_mangle)]
+pub extern "C" fn red_scheduler_dispatch_ahead(scheduler: *mut red_scheduler, pool: u32) -> red_status {
+    change(scheduler, |machine| {
+        let pool = pool_id(machine, pool)?;
+        Ok(if machine.dispatch_ahead(pool) { red_status::Ok } else { red_status::NotAhead })
+    })
+}
+
+/// Gives a pool up, because what its lanes ran on is gone: jobs that still need it end with RED_SHED_FAULT, and so does each
+/// that is released from now on. Units that run there have to be reported all the same.
+///
+/// Threads: one at a time on a scheduler. Real time: yes. Time: O(jobs * nodes). Errors: RED_STATUS_UNKNOWN_POOL.
+#[unsafe(no_mangle)]
+pub extern "C" fn red_scheduler_lose_pool(
+    scheduler: *mut red_scheduler,
+    pool: u32,
+    now_ns: u64,
+) -> red_status {
+    change(scheduler, |machine| {
+        let pool = pool_id(machine, pool)?;
+        machine.lose_pool(pool, Instant::from_nanos(now_ns));
+        Ok(red_status::Ok)
+    })
+}
+
+/// A pool of this number.
+fn pool_id(machine: &Rest, pool: u32) -> Result<PoolId, red_status> {
+    if pool < machine.pools() { Ok(PoolId::new(pool as u8)) } else { Err(red_status::UnknownPool) }
+}
+
 /// Makes a sensor known that captures a frame each `period_ns`, from time 0 on; jobs released between two captures share the
 /// earlier one. Sensors of one period are one: the frame's number tells them apart.
 ///
@@ -195,10 +231,7 @@ pub extern "C" fn red_scheduler_memory_used(
 ) -> red_status {
     look(scheduler, |machine| {
         let out = Out::of(used_bytes)?;
-        if pool >= machine.pools() {
-            return Err(red_status::UnknownPool);
-        }
-        out.put(machine.memory_used(PoolId::new(pool as u8)).0);
+        out.put(machine.memory_used(pool_id(machine, pool)?).0);
         Ok(red_status::Ok)
     })
 }

@@ -92,6 +92,8 @@ pub enum red_status {
     UnknownSensor = 53,
     /// No such lane, or it is not as this call needs it.
     UnknownLane = 54,
+    /// The configuration preempts, or opens graphs level by level: nothing can be dispatched ahead.
+    NotAhead = 55,
     /// As many jobs are in flight as the capacity class has room for: count it as shed.
     JobsFull = 60,
     /// A time is too long, or a release or its deadline lies beyond 2^63 ns.
@@ -136,6 +138,8 @@ pub enum red_status {
     LogFile = 94,
     /// The process has no memory left: nothing was done, free some and try again.
     NoMemory = 95,
+    /// There is no CUDA driver, or no device that works: red_runtime_message says what is missing.
+    Cuda = 96,
 }
 
 impl red_status {
@@ -181,6 +185,7 @@ impl red_status {
         Self::SensorsFull,
         Self::UnknownSensor,
         Self::UnknownLane,
+        Self::NotAhead,
         Self::JobsFull,
         Self::TimeOverflow,
         Self::Stale,
@@ -203,6 +208,7 @@ impl red_status {
         Self::LogLate,
         Self::LogFile,
         Self::NoMemory,
+        Self::Cuda,
     ];
 
     /// In words, with what to do about it.
@@ -249,6 +255,7 @@ impl red_status {
             Self::SensorsFull => c"the capacity class has no room for another sensor",
             Self::UnknownSensor => c"no such sensor: add it first",
             Self::UnknownLane => c"no such lane, or it is not as this call needs it",
+            Self::NotAhead => c"the configuration preempts, or opens graphs level by level: nothing can be dispatched ahead",
             Self::JobsFull => c"as many jobs are in flight as the capacity class has room for: count it as shed",
             Self::TimeOverflow => c"a time is too long, or a release or its deadline lies beyond 2^63 ns",
             Self::Stale => c"the unit was reported before",
@@ -271,6 +278,7 @@ impl red_status {
             Self::LogLate => c"there is a log, or something was set up already: begin it before",
             Self::LogFile => c"the log cannot be written there: errno says why",
             Self::NoMemory => c"the process has no memory left: nothing was done, free some and try again",
+            Self::Cuda => c"there is no CUDA driver, or no device that works: red_runtime_message says what is missing",
         }
     }
 }

@@ -9,18 +9,23 @@
 //! All of the lanes' streams have the most urgent priority: the order among them is the scheduler's, and other work of the
 //! process, of PyTorch's own streams say, comes after.
 
+mod handlers;
 mod lane;
 pub mod order;
+
+pub use order::LANES;
 
 use crate::handler::Handler;
 use crate::stream_seat::StreamSeat;
 use core::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use order::Order;
-use red_cuda::{Called, CudaError, Device, Driver, Event, LoadError, Stream};
+use red_cuda::{Called, Driver, Event, LoadError};
 use std::fmt;
 use std::sync::{Arc, OnceLock};
 
+pub use handlers::Handlers;
 pub use lane::{Bodies, NotSubmitted};
+pub use red_cuda::{CudaError, Device, Stream};
 
 /// A device whose streams are lanes.
 #[derive(Clone, Debug)]
@@ -82,14 +87,21 @@ impl From<CudaError> for CudaUnavailable {
     }
 }
 
+/// Loads the driver and opens a device by its number from 0. Not for real time.
+///
+/// # Errors
+/// [`CudaUnavailable`].
+pub fn open(ordinal: i32) -> Result<Device, CudaUnavailable> {
+    let driver = Driver::load().map_err(CudaUnavailable::Driver)?;
+    Ok(Device::open(driver, ordinal)?)
+}
+
 impl Cuda {
-    /// Opens a device by its number from 0, for these lanes of a run, a bit each. Not for real time.
+    /// For these lanes of a run, a bit each. Not for real time.
     ///
     /// # Errors
-    /// [`CudaUnavailable`].
-    pub fn open(ordinal: i32, lanes: u32) -> Result<Self, CudaUnavailable> {
-        let driver = Driver::load().map_err(CudaUnavailable::Driver)?;
-        let device = Device::open(driver, ordinal)?;
+    /// The driver's.
+    pub fn new(device: Device, lanes: u32) -> Result<Self, CudaError> {
         let order = Order::new(lanes, || device.event())?;
         let (issued, avoided) = (AtomicU64::new(0), AtomicU64::new(0));
         let (lost, hangs, free_bytes) = (OnceLock::new(), AtomicBool::new(false), OnceLock::new());
@@ -110,13 +122,20 @@ impl Cuda {
         self.0.device.stream(self.0.device.priorities()?.most_urgent)
     }
 
-    /// The handler of a lane, with its own stream. Not for real time.
+    /// The handlers of lanes, each with its own stream. Not for real time.
     ///
     /// # Errors
     /// The driver's.
-    pub fn handler(&self, lane: usize, bodies: Box<dyn Bodies>) -> Result<Box<dyn Handler>, CudaError> {
-        let (stream, calls) = (self.stream()?, self.stream()?);
-        Ok(Box::new(lane::OnDevice::new(self.0.clone(), lane, stream, calls, bodies)))
+    pub fn handlers(
+        &self,
+        bodies: impl Iterator<Item = (usize, Box<dyn Bodies>)>,
+    ) -> Result<Handlers, CudaError> {
+        let handler = |(lane, bodies)| {
+            let (stream, calls) = (self.stream()?, self.stream()?);
+            let on_device = lane::OnDevice::new(self.0.clone(), lane, stream, calls, bodies);
+            Ok((lane, Box::new(on_device) as Box<dyn Handler>))
+        };
+        bodies.map(handler).collect::<Result<_, _>>().map(Handlers::new)
     }
 
     /// The error that ended the context, if one did: nothing works on the device any more in this process.

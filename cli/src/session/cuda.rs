@@ -12,8 +12,8 @@ use red_bodies::Call;
 use red_bodies::scene::Scene;
 use red_cuda::{Buffer, Kind, Stream};
 use red_rt::clock::now_ns;
-use red_rt::cuda::{Bodies, Cuda, CudaFigures, NotSubmitted};
-use red_rt::handler::{Failed, Handler, Work};
+use red_rt::cuda::{self, Bodies, Cuda, CudaFigures, Handlers, NotSubmitted};
+use red_rt::handler::{Handler, Work};
 use red_workload::model::{PoolKind, Workload};
 use serde::Serialize;
 use std::fmt;
@@ -26,8 +26,7 @@ pub(crate) struct CudaPools {
     pool: String,
     /// Their lanes over all pools, a bit each.
     lanes: u32,
-    /// By lane; each is taken once.
-    handlers: Vec<Mutex<Option<Box<dyn Handler>>>>,
+    handlers: Option<Handlers>,
     said: Arc<Mutex<Vec<Said>>>,
 }
 
@@ -81,9 +80,10 @@ impl CudaPools {
         let Some(first) = pools().next() else { return Ok(None) };
         let lanes = pools().flat_map(|pool| lanes_of(workload, pool)).fold(0, |set, lane| set | 1 << lane);
         let pool = workload.pools[first].name.clone();
-        let cuda = Cuda::open(0, lanes).map_err(|why| SessionError::Cuda { pool: pool.clone(), why })?;
+        let cuda = cuda::open(0).and_then(|device| Ok(Cuda::new(device, lanes)?));
+        let cuda = cuda.map_err(|why| SessionError::Cuda { pool: pool.clone(), why })?;
         let said = Arc::new(Mutex::new(faults::table()));
-        Ok(Some(Self { cuda, pool, lanes, handlers: Vec::new(), said }))
+        Ok(Some(Self { cuda, pool, lanes, handlers: None, said }))
     }
 
     /// Lanes whose handlers have streams, a bit each.
@@ -91,11 +91,9 @@ impl CudaPools {
         self.lanes
     }
 
-    /// The handler of a lane; of one that is asked for again, one that fails everything.
-    pub(crate) fn handler(&self, lane: usize) -> Box<dyn Handler> {
-        let place = self.handlers.get(lane);
-        let taken = place.and_then(|place| place.lock().unwrap_or_else(PoisonError::into_inner).take());
-        taken.unwrap_or_else(|| Box::new(Spent))
+    /// The handler of a lane, if it has a stream.
+    pub(crate) fn handler(&self, lane: usize) -> Option<Box<dyn Handler>> {
+        self.handlers.as_ref()?.take(lane)
     }
 
     /// What bodies said of their failures.
@@ -123,15 +121,6 @@ impl CudaPools {
             device_lost: lost.map(|error| error.to_string()),
             is_gone: lost.is_some_and(|error| error.kind() == Kind::Lost),
         }
-    }
-}
-
-/// A lane that lost its stream to a body that did not return.
-struct Spent;
-
-impl Handler for Spent {
-    fn run(&mut self, _: &Work) -> Result<(), Failed> {
-        Err(Failed)
     }
 }
 

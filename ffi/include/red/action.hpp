@@ -51,11 +51,15 @@ public:
     [[nodiscard]] ActionKind kind() const noexcept { return static_cast<ActionKind>(c_.kind); }
     /// A unit to start on its lane, and to report by Scheduler::complete or fail; nullptr: this is something else.
     [[nodiscard]] const Dispatch *dispatch() const & noexcept { return unit_of(ActionKind::Dispatch); }
+    /// A unit to give to its lane, to start after what that runs and after Scheduler::waits_for. Only in pools that dispatch
+    /// ahead.
+    [[nodiscard]] const Dispatch *ahead() const & noexcept { return unit_of(ActionKind::Ahead); }
     /// A unit to take from its lane, which goes on later as another one. Only if the configuration preempts.
     [[nodiscard]] const Dispatch *preempt() const & noexcept { return unit_of(ActionKind::Preempt); }
     /// A job that ended. A lane that still runs one of its units must report it all the same.
     [[nodiscard]] const Outcome *ended() const & noexcept { return kind() == ActionKind::Ended ? &outcome_ : nullptr; }
     const Dispatch *dispatch() const && = delete;
+    const Dispatch *ahead() const && = delete;
     const Dispatch *preempt() const && = delete;
     const Outcome *ended() const && = delete;
     [[nodiscard]] const red_action &c() const noexcept { return c_; }

@@ -48,6 +48,15 @@ public:
     [[nodiscard]] Nanoseconds dispatch_max() const noexcept { return duration_from(c_.dispatch_max_ns); }
     /// Of a recorded run: inputs that found no room in the log, which then is not whole.
     [[nodiscard]] std::uint64_t log_dropped() const noexcept { return c_.log_dropped; }
+    /// Waits of one CUDA stream for another, and predecessors that needed none.
+    [[nodiscard]] std::uint64_t event_waits_issued() const noexcept { return c_.event_waits_issued; }
+    [[nodiscard]] std::uint64_t event_waits_avoided() const noexcept { return c_.event_waits_avoided; }
+    /// Units that were given to their streams while what they wait for ran.
+    [[nodiscard]] std::uint64_t submissions_ahead() const noexcept { return c_.submissions_ahead; }
+    /// How much less of the device's memory is free than at the start: the whole device waits where that is done late.
+    [[nodiscard]] std::uint64_t late_memory_bytes() const noexcept { return c_.late_memory_bytes; }
+    /// The error of the CUDA driver that ended the device for this process; 0: it works.
+    [[nodiscard]] std::uint64_t device_error() const noexcept { return c_.device_error; }
 
 private:
     friend class Report;

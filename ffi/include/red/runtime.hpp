@@ -83,6 +83,15 @@ public:
         const Status added = said(red_runtime_add_pool(&c_, lanes, memory, &pool));
         return added ? Result<PoolId>(PoolId(pool)) : added;
     }
+    /// Adds a pool after the others whose lanes are streams of a CUDA device, by its number from 0. The driver is loaded at run
+    /// time; RED_STATUS_CUDA: message() says what is missing. A body there submits its work to Context::stream and returns
+    /// without waiting for it. Make what it needs before the start, for the whole device may wait for an allocation.
+    Result<PoolId> add_cuda_pool(
+        std::uint32_t lanes, std::uint64_t memory = RED_NONE_64, std::uint32_t device = 0) noexcept {
+        std::uint32_t pool = RED_NONE;
+        const Status added = said(red_runtime_add_cuda_pool(&c_, device, lanes, memory, &pool));
+        return added ? Result<PoolId>(PoolId(pool)) : added;
+    }
     /// Makes a sensor known that captures a frame each period, from the start on. Sensors of one period are one.
     Result<SensorId> add_sensor(Duration period) noexcept {
         std::uint32_t sensor = RED_NONE;

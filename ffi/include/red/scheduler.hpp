@@ -43,6 +43,18 @@ public:
         const Status added = said(red_scheduler_add_pool(&c_, lanes, memory, &pool));
         return added ? Result<PoolId>(PoolId(pool)) : added;
     }
+    /// Has a pool dispatch ahead, because its lanes run by themselves what they are given, in its order, as streams of a GPU
+    /// do: polls answer Action::ahead, too.
+    Status dispatch_ahead(Result<PoolId> pool) noexcept {
+        const Status given = first_error(*this, pool);
+        return given ? said(red_scheduler_dispatch_ahead(&c_, pool->value())) : given;
+    }
+    /// Gives a pool up, because what its lanes ran on is gone: jobs that need it end with Shed::Fault, also later ones. Units
+    /// that run there have to be reported all the same.
+    Status lose_pool(Result<PoolId> pool, Instant now) noexcept {
+        const Status given = first_error(*this, pool, now);
+        return given ? said(red_scheduler_lose_pool(&c_, pool->value(), now.ns())) : given;
+    }
     /// Makes a sensor known that captures a frame each period, from time 0 on. Sensors of one period are one.
     Result<SensorId> add_sensor(Duration period) noexcept {
         std::uint32_t sensor = RED_NONE;
@@ -185,6 +197,13 @@ public:
         auto *members = reinterpret_cast<red_member *>(room.data());
         const Status looked = said(red_scheduler_members(&c_, unit.value(), members, room.size(), &count));
         return Dag::filled<Member>(looked, room, count);
+    }
+    /// The units of other lanes after which one that was dispatched ahead has to start, in `room`.
+    [[nodiscard]] Result<Span<const UnitId>> waits_for(UnitId unit, Span<UnitId> room) const noexcept {
+        std::size_t count = 0;
+        auto *units = reinterpret_cast<std::uint64_t *>(room.data());
+        const Status looked = said(red_scheduler_waits_for(&c_, unit.value(), units, room.size(), &count));
+        return Dag::filled<UnitId>(looked, room, count);
     }
     /// The job in flight that was the `index`-th of its task, from 0.
     [[nodiscard]] Result<JobId> job(Result<TaskId> task, std::uint64_t index) const noexcept {

@@ -88,6 +88,7 @@ enum class ActionKind : std::uint32_t {
     Dispatch = RED_ACTION_KIND_DISPATCH,
     Preempt = RED_ACTION_KIND_PREEMPT,
     Ended = RED_ACTION_KIND_ENDED,
+    Ahead = RED_ACTION_KIND_AHEAD,
 };
 
 /// What happened.

@@ -10,6 +10,7 @@ use core::ptr;
 use core::sync::atomic::{AtomicU64, Ordering};
 use red_core::{Capacity, NodeId, TaskId};
 use red_record::class::Large;
+use red_rt::cuda::{self, NotSubmitted};
 use red_rt::handler::{Failed, Handler, Work};
 use red_sync::SeqLock;
 use std::sync::Arc;
@@ -85,12 +86,8 @@ impl Calls {
     }
 }
 
-impl Handler for Calls {
-    fn begin(&mut self, origin_ns: u64) {
-        self.origin_ns = origin_ns;
-    }
-
-    fn run(&mut self, work: &Work) -> Result<(), Failed> {
+impl Calls {
+    fn call(&self, work: &Work, stream: *mut c_void) -> Result<(), Failed> {
         let Some((Some(body), user)) = self.bodies.get(work) else { return Err(Failed) };
         let since_boot = |ns: u64| self.origin_ns.saturating_add(ns);
         let context = red_context {
@@ -107,7 +104,7 @@ impl Handler for Calls {
             deadline_ns: since_boot(work.deadline_ns),
             sub_deadline_ns: since_boot(work.sub_deadline_ns),
             wcet_ns: work.wcet_ns,
-            stream: ptr::null_mut(),
+            stream,
         };
         IN_BODY.set(Some(fork::generation()));
         let answer = body(user, &raw const context);
@@ -116,6 +113,26 @@ impl Handler for Calls {
             self.bodies.threw.fetch_add(1, Ordering::Relaxed);
         }
         if answer == RED_BODY_DONE { Ok(()) } else { Err(Failed) }
+    }
+}
+
+impl Handler for Calls {
+    fn begin(&mut self, origin_ns: u64) {
+        self.origin_ns = origin_ns;
+    }
+
+    fn run(&mut self, work: &Work) -> Result<(), Failed> {
+        self.call(work, ptr::null_mut())
+    }
+}
+
+impl cuda::Bodies for Calls {
+    fn begin(&mut self, origin_ns: u64) {
+        self.origin_ns = origin_ns;
+    }
+
+    fn submit(&mut self, work: &Work, stream: &cuda::Stream) -> Result<(), NotSubmitted> {
+        self.call(work, stream.as_ptr()).map_err(|Failed| NotSubmitted::Body)
     }
 }
 

@@ -8,6 +8,7 @@ use super::called;
 use super::lanes::Lanes;
 use super::notes::{Notes, Teller};
 use super::open::OF_A_RUNTIME;
+use super::prepared::SetUp;
 use super::report::red_report;
 use super::text;
 use super::values::{red_mode, red_runtime_config};
@@ -16,14 +17,14 @@ use crate::status::red_status;
 use core::time::Duration;
 use red_core::{Instant, Scheduler};
 use red_record::class::Large;
-use red_record::{Recorder, Tape, Writer};
+use red_record::{Recorder, Writer};
 use red_rt::control::{AskError, Control, Errand};
+use red_rt::cuda::{Cuda, Handlers};
 use red_rt::held_cpus::{Choosing, choose_free_cpus};
 use red_rt::report::RunReport;
 use red_rt::runtime::{Mode, Setup, run};
 use red_rt::setup::{SetupError, has_room_for_threads};
 use red_rt::stop::StopBy;
-use red_rt::timeline::Releases;
 use std::sync::mpsc::{Sender, channel};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::thread;
@@ -37,30 +38,6 @@ const MOMENT: Duration = Duration::from_millis(2);
 const STACK: usize = if cfg!(debug_assertions) { 32 << 20 } else { 8 << 20 };
 /// A thread of a lane or of the watchdog: its stack, and what it measures.
 const OF_A_THREAD: usize = 3 << 20;
-
-/// What is started.
-pub(crate) struct SetUp {
-    pub(crate) scheduler: Box<Scheduler<Large>>,
-    pub(crate) tape: Option<Tape>,
-    pub(crate) writer: Option<Writer>,
-    /// Whether anything was set up, so that a log would not have it.
-    pub(crate) is_begun: bool,
-    pub(crate) releases: Vec<Releases>,
-    /// By lane; where there are none, they are chosen.
-    pub(crate) cpus: Vec<usize>,
-}
-
-impl SetUp {
-    /// Makes a call on the scheduler, which is in the log if there is one; a refused call leaves nothing behind.
-    pub(crate) fn call<T, E>(
-        &mut self,
-        call: impl FnOnce(&mut Recorder<'_, Large>) -> Result<T, E>,
-    ) -> Result<T, E> {
-        let made = call(&mut Recorder::new(&mut self.scheduler, self.tape.as_mut()))?;
-        self.is_begun = true;
-        Ok(made)
-    }
-}
 
 pub(crate) enum State {
     SetUp(Box<SetUp>),
@@ -129,6 +106,7 @@ impl Engine {
             is_begun: false,
             releases: Vec::new(),
             cpus: Vec::new(),
+            device: None,
         };
         called::open(Self {
             config,
@@ -270,10 +248,18 @@ impl Engine {
             return Ok(State::Failed(red_status::Internal));
         };
         let mode = self.mode(&set_up)?;
+        let streams = set_up.device.as_ref().map(|device| device.streams(&self.bodies)).transpose();
+        let (cuda, handlers) = match streams {
+            Ok(streams) => streams.unzip(),
+            Err(why) => {
+                *self.said() = why.to_string();
+                return Ok(State::Failed(red_status::Cuda));
+            }
+        };
         let (tell, told) = channel();
-        let (setup, writer) = self.setup(*set_up, mode);
+        let (setup, writer) = self.setup(*set_up, mode, handlers);
         let (notes, shared) = (self.notes.clone(), self.shared.clone());
-        let run = move || run_to_the_end(setup, writer, notes, &shared, &tell);
+        let run = move || run_to_the_end(setup, writer, cuda, notes, &shared, &tell);
         let thread = thread::Builder::new().name("red-run".to_owned()).stack_size(STACK).spawn(run);
         let thread = thread.map_err(|error| SetupError::no_thread("pthread_create(run)", &error))?;
         match told.recv() {
@@ -298,12 +284,17 @@ impl Engine {
         Ok(Mode::RealTime { priority: self.config.priority as u8, cpus })
     }
 
-    fn setup(&self, set_up: SetUp, mode: Mode) -> (Setup<Large>, Option<Writer>) {
+    fn setup(
+        &self,
+        set_up: SetUp,
+        mode: Mode,
+        on_device: Option<Handlers>,
+    ) -> (Setup<Large>, Option<Writer>) {
         let bodies = self.bodies.clone();
         let duration_ns = if self.config.duration_ns == 0 { FOR_EVER_NS } else { self.config.duration_ns };
         let setup = Setup {
             lanes: set_up.scheduler.lanes(),
-            streams: 0,
+            streams: set_up.device.map_or(0, |device| device.lanes),
             scheduler: set_up.scheduler,
             mode,
             releases: set_up.releases,
@@ -311,7 +302,10 @@ impl Engine {
             drain_ns: self.config.drain_ns,
             stop: StopBy::Caller,
             tape: set_up.tape,
-            handlers: Arc::new(move |_lane| Box::new(Calls::new(bodies.clone()))),
+            handlers: Arc::new(move |lane| {
+                let on_device = on_device.as_ref().and_then(|handlers| handlers.take(lane));
+                on_device.unwrap_or_else(|| Box::new(Calls::new(bodies.clone())))
+            }),
             enclose: Arc::new(|main| main()),
         };
         (setup, set_up.writer)
@@ -351,6 +345,7 @@ impl Engine {
 fn run_to_the_end(
     setup: Setup<Large>,
     writer: Option<Writer>,
+    cuda: Option<Cuda>,
     notes: Arc<Notes>,
     shared: &Shared,
     tell: &Sender<Result<(), SetupError>>,
@@ -382,7 +377,10 @@ fn run_to_the_end(
     // Who started it sets the state to running before this one gets it.
     let mut state = shared.state.lock().unwrap_or_else(PoisonError::into_inner);
     match ran {
-        Ok(report) => *state = State::Ended(Box::new(red_report::of(&report, log_dropped))),
+        Ok(report) => {
+            let report = red_report { log_dropped, ..red_report::of(&report) };
+            *state = State::Ended(Box::new(cuda.map_or(report, |cuda| report.on(&cuda))));
+        }
         Err(error) => *state = shared.failed(&error),
     }
     shared.ended.notify_all();

@@ -3,6 +3,7 @@
 use crate::boundary::{Growing, plain};
 use crate::values::RED_NONE_64;
 use red_core::Empty;
+use red_rt::cuda::Cuda;
 use red_rt::report::{RunReport, Surrender};
 
 /// Why a run ended itself.
@@ -86,6 +87,18 @@ pub struct red_report {
     /// At the end, if it was recorded: inputs that found no room in the log, which then is not whole;
     /// red_runtime_message says why if the system did not take it.
     pub log_dropped: u64,
+    /// At the end, with a pool of CUDA streams: waits of one stream for another.
+    pub event_waits_issued: u64,
+    /// At the end, with a pool of CUDA streams: predecessors on the device that needed no such wait.
+    pub event_waits_avoided: u64,
+    /// At the end, with a pool of CUDA streams: units that were given to their streams while what they wait for ran.
+    pub submissions_ahead: u64,
+    /// At the end, with a pool of CUDA streams: how much less of the device's memory is free than at the start, whoever took it.
+    /// The whole device waits where that is done late.
+    pub late_memory_bytes: u64,
+    /// At the end: the error of the CUDA driver that ended the device for this process, so that nothing ran on it since; 0: it
+    /// works.
+    pub device_error: u64,
 }
 plain!(red_report {
     struct_size: u32,
@@ -118,9 +131,14 @@ plain!(red_report {
     dispatch_p99_ns: u64,
     dispatch_max_ns: u64,
     log_dropped: u64,
+    event_waits_issued: u64,
+    event_waits_avoided: u64,
+    submissions_ahead: u64,
+    late_memory_bytes: u64,
+    device_error: u64,
 });
 impl Growing for red_report {
-    const LEAST: usize = 216;
+    const LEAST: usize = 256;
 }
 
 impl red_report {
@@ -143,11 +161,16 @@ impl red_report {
         dispatch_p99_ns: RED_NONE_64,
         dispatch_max_ns: RED_NONE_64,
         log_dropped: RED_NONE_64,
+        event_waits_issued: RED_NONE_64,
+        event_waits_avoided: RED_NONE_64,
+        submissions_ahead: RED_NONE_64,
+        late_memory_bytes: RED_NONE_64,
+        device_error: RED_NONE_64,
         ..Self::EMPTY
     };
 
     /// What is known at the end.
-    pub(crate) fn of(run: &RunReport, log_dropped: u64) -> Self {
+    pub(crate) fn of(run: &RunReport) -> Self {
         Self {
             realtime: run.realtime.into(),
             surrender: match run.gave_up {
@@ -173,8 +196,20 @@ impl red_report {
             dispatch_p50_ns: run.dispatch_ns.value_at_quantile(0.5),
             dispatch_p99_ns: run.dispatch_ns.value_at_quantile(0.99),
             dispatch_max_ns: run.dispatch_ns.max(),
-            log_dropped,
+            submissions_ahead: run.ahead,
             ..Self::EMPTY
+        }
+    }
+
+    /// With what its streams did.
+    pub(crate) fn on(self, cuda: &Cuda) -> Self {
+        let streams = cuda.figures();
+        Self {
+            event_waits_issued: streams.event_waits_issued,
+            event_waits_avoided: streams.event_waits_avoided,
+            late_memory_bytes: streams.late_memory_bytes,
+            device_error: cuda.lost().map_or(0, |error| error.code().unsigned_abs().into()),
+            ..self
         }
     }
 }

@@ -1,6 +1,7 @@
 #![allow(unsafe_code, reason = "names of C")]
 //! What a runtime is before it starts: pools, sensors, CPUs, releases by the clock, a log.
 
+use super::on_device::OnDevice;
 use super::open::{on, with_room};
 use super::text;
 use super::values::{red_mode, red_runtime};
@@ -10,7 +11,7 @@ use crate::log::no_file;
 use crate::room::{OF_A_LOG, room};
 use crate::status::{flat, red_status, status};
 use core::ffi::c_char;
-use red_core::{Duration, TaskId};
+use red_core::{Duration, PoolError, PoolId, TaskId};
 use red_record::class::Large;
 use red_record::{Header, StartError, Writer};
 use red_rt::timeline::Releases;
@@ -37,6 +38,56 @@ pub extern "C" fn red_runtime_add_pool(
         engine.set_up(|set_up| {
             let added = set_up.call(|calls| calls.add_pool(lanes, config::bytes(memory_bytes)));
             Ok(status(added, |id| out.put(id.index() as u32)))
+        })
+    })
+}
+
+/// Adds a pool of `lanes` lanes after the others that are streams of a CUDA device, by its number from 0. The driver is loaded
+/// at run time. A body of a node there has the lane's stream in its context, submits its work to that, and returns without
+/// waiting for it: it has ended when the stream gets there. Nodes start on the device after those they follow, without the
+/// CPU in between; what follows on the CPU starts when the stream got there. Streams are of the device's primary context, which
+/// is the calling lane's; make what bodies need before the start, for the whole device may wait for an allocation or a module.
+/// Before the start only; one device for a runtime.
+///
+/// Threads: any, at once. Real time: no. Time: the driver's, on first use a second. Errors: RED_STATUS_CUDA,
+/// RED_STATUS_OUT_OF_RANGE: another device than that of a pool before, RED_STATUS_NO_LANE, RED_STATUS_POOLS_FULL,
+/// RED_STATUS_STARTED, RED_STATUS_FORKED, RED_STATUS_NO_MEMORY.
+#[unsafe(no_mangle)]
+pub extern "C" fn red_runtime_add_cuda_pool(
+    runtime: *mut red_runtime,
+    device: u32,
+    lanes: u32,
+    memory_bytes: u64,
+    pool: *mut u32,
+) -> red_status {
+    with_room(runtime, |engine| {
+        let out = Out::of(pool)?;
+        let lanes = u8::try_from(lanes).map_err(|_| red_status::PoolsFull)?;
+        let ordinal = i32::try_from(device).map_err(|_| red_status::OutOfRange)?;
+        engine.set_up(|set_up| {
+            let mut on = match &set_up.device {
+                Some(on) if on.ordinal == ordinal => on.clone(),
+                Some(_) => return Err(red_status::OutOfRange),
+                None => {
+                    engine.said().clear();
+                    OnDevice::open(ordinal).map_err(|why| {
+                        *engine.said() = why.to_string();
+                        red_status::Cuda
+                    })?
+                }
+            };
+            let first = set_up.scheduler.lanes();
+            let added = set_up.call(|calls| {
+                let pool = calls.add_pool(lanes, config::bytes(memory_bytes))?;
+                // Not where the policy opens graphs level by level: nothing is ahead there.
+                calls.dispatch_ahead(pool);
+                Ok::<_, PoolError>(pool)
+            });
+            Ok(status(added, |id: PoolId| {
+                on.lanes |= (first..first + usize::from(lanes)).fold(0, |set, lane| set | 1 << lane);
+                set_up.device = Some(on);
+                out.put(id.index() as u32);
+            }))
         })
     })
 }

@@ -125,6 +125,53 @@ static void limits(void) {
     CALL(RED_OK, red_scheduler_close, &scheduler);
 }
 
+/* A unit goes to its lane while what comes before it runs; then the pool is lost. */
+static void ahead(void) {
+    red_scheduler scheduler = open_small(&memory, 2);
+    CALL(RED_STATUS_UNKNOWN_POOL, red_scheduler_dispatch_ahead, &scheduler, 1);
+    CALL(RED_OK, red_scheduler_dispatch_ahead, &scheduler, 0);
+    struct small_dag_memory dag_memory;
+    red_dag dag = open_small_dag(&dag_memory);
+    const uint32_t nodes[4] = {add(&dag, node_of(2 * MS)), add(&dag, node_of(MS)), add(&dag, node_of(MS)), add(&dag, node_of(MS))};
+    for (int i = 1; i < 4; i++) CALL(RED_OK, red_dag_add_edge, &dag, nodes[0], nodes[i]);
+    const red_timing timing = timing_of(50 * MS);
+    uint32_t task = RED_NONE, job = 0;
+    CALL(RED_OK, red_scheduler_add_task, &scheduler, &dag, &timing, &task);
+    CALL(RED_OK, red_dag_close, &dag);
+    CALL(RED_OK, red_scheduler_release, &scheduler, task, 0, &job);
+    const uint64_t first = poll(&scheduler, 0, RED_ACTION_KIND_DISPATCH).unit;
+    const red_action behind = poll(&scheduler, 0, RED_ACTION_KIND_AHEAD), beside = poll(&scheduler, 0, RED_ACTION_KIND_AHEAD);
+    EXPECT(behind.lane == 0 && beside.lane == 1);
+    poll(&scheduler, 0, RED_ACTION_KIND_NOTHING);
+    uint64_t units[2] = {7, 7};
+    size_t count = 7;
+    CALL(RED_OK, red_scheduler_waits_for, &scheduler, behind.unit, units, 2, &count);
+    EXPECT(count == 0 && units[0] == 7);
+    CALL(RED_STATUS_TOO_SHORT, red_scheduler_waits_for, &scheduler, beside.unit, units, 0, &count);
+    EXPECT(count == 1 && units[0] == 7);
+    CALL(RED_OK, red_scheduler_waits_for, &scheduler, beside.unit, units, 2, &count);
+    EXPECT(count == 1 && units[0] == first && units[1] == 7);
+    CALL(RED_OK, red_scheduler_complete, &scheduler, first, 2 * MS);
+    CALL(RED_OK, red_scheduler_waits_for, &scheduler, beside.unit, units, 2, &count);
+    EXPECT(count == 0);
+    CALL(RED_STATUS_NOT_RUNNING, red_scheduler_waits_for, &scheduler, first, units, 2, &count);
+
+    CALL(RED_STATUS_UNKNOWN_POOL, red_scheduler_lose_pool, &scheduler, 1, 2 * MS);
+    CALL(RED_OK, red_scheduler_lose_pool, &scheduler, 0, 2 * MS);
+    EXPECT(poll(&scheduler, 2 * MS, RED_ACTION_KIND_ENDED).outcome.shed == RED_SHED_FAULT);
+    CALL(RED_STATUS_LATE, red_scheduler_fail, &scheduler, behind.unit, 2 * MS);
+    CALL(RED_STATUS_LATE, red_scheduler_fail, &scheduler, beside.unit, 2 * MS);
+    CALL(RED_OK, red_scheduler_release, &scheduler, task, 3 * MS, &job);
+    EXPECT(poll(&scheduler, 3 * MS, RED_ACTION_KIND_ENDED).outcome.shed == RED_SHED_FAULT);
+    poll(&scheduler, 3 * MS, RED_ACTION_KIND_NOTHING);
+    CALL(RED_OK, red_scheduler_close, &scheduler);
+
+    red_config config = preset(RED_PRESET_RED_FG);
+    CALL(RED_OK, red_scheduler_open_4x16x16, memory.bytes, sizeof memory.bytes, &config, &scheduler);
+    CALL(RED_STATUS_NOT_AHEAD, red_scheduler_dispatch_ahead, &scheduler, 0);
+    CALL(RED_OK, red_scheduler_close, &scheduler);
+}
+
 /* A smaller key takes the lane; what ran goes on as another unit. */
 static void preemption(void) {
     red_config config = preset(RED_PRESET_EDF);
@@ -147,5 +194,6 @@ void test_loop(void) {
     one_job();
     failures();
     limits();
+    ahead();
     preemption();
 }

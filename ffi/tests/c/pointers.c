@@ -120,6 +120,10 @@ static void of_the_loop(void) {
     WRONG(red_scheduler, red_scheduler_members, X, unit, members, 4, &count);
     WRONG(red_member, red_scheduler_members, &scheduler, unit, X, 4, &count);
     WRONG(size_t, red_scheduler_members, &scheduler, unit, members, 4, X);
+    uint64_t units[4];
+    WRONG(red_scheduler, red_scheduler_waits_for, X, unit, units, 4, &count);
+    WRONG(uint64_t, red_scheduler_waits_for, &scheduler, unit, X, 4, &count);
+    WRONG(size_t, red_scheduler_waits_for, &scheduler, unit, units, 4, X);
     WRONG(red_scheduler, red_scheduler_job, X, task, 0, &number);
     WRONG(uint32_t, red_scheduler_job, &scheduler, task, 0, X);
     WRONG(red_scheduler, red_scheduler_executions, X, task, 0, &executions);
@@ -133,6 +137,8 @@ static void of_the_loop(void) {
     WRONG(red_scheduler, red_scheduler_figures, X, &figures);
     WRONG(red_figures, red_scheduler_figures, &scheduler, X);
     WRONG(red_scheduler, red_scheduler_retire_lane, X, 0);
+    WRONG(red_scheduler, red_scheduler_dispatch_ahead, X, 0);
+    WRONG(red_scheduler, red_scheduler_lose_pool, X, 0, 0);
     WRONG(red_scheduler, red_scheduler_restore_lane, X, 0);
     /* None of these calls ended it, or took what it left. */
     CALL(RED_OK, red_scheduler_complete, &scheduler, unit, MS);

@@ -99,6 +99,7 @@ static void left_over(void) {
     CALL(RED_STATUS_FORKED, red_runtime_take_outcomes, &runtime, &outcome, 1, &count);
     CALL(RED_STATUS_FORKED, red_runtime_take_events, &runtime, &event, 1, &count);
     CALL(RED_STATUS_FORKED, red_runtime_add_pool, &runtime, 1, RED_NONE_64, &number);
+    CALL(RED_STATUS_FORKED, red_runtime_add_cuda_pool, &runtime, 0, 1, RED_NONE_64, &number);
     CALL(RED_STATUS_FORKED, red_runtime_add_sensor, &runtime, MS, &number);
     CALL(RED_STATUS_FORKED, red_runtime_pin, &runtime, &number, 1);
     CALL(RED_STATUS_FORKED, red_runtime_every, &runtime, task, 0, MS);

@@ -65,7 +65,11 @@ void test_memory(void) {
     const red_config policy = preset(RED_PRESET_REDRT);
     const red_runtime_config config = config_of(RED_MODE_BEST_EFFORT);
     red_runtime runtime = {0};
+    uint32_t pool = 7;
     SHORT(red_runtime_open, &policy, &config, &runtime);
+    SHORT(red_runtime_add_cuda_pool, &runtime, 0, 1, RED_NONE_64, &pool);
+    CALL(RED_OK, red_runtime_close, &runtime);
+    CALL(RED_OK, red_runtime_open, &policy, &config, &runtime);
     SHORT(red_runtime_record, &runtime, path);
     red_dag dag = open_dag(&memory), edit = {0};
     red_callback callbacks[256];

@@ -44,6 +44,8 @@ void test_runtime_pointers(void) {
     WRONG(size_t, red_runtime_take_events, &runtime, events, 1, X);
     WRONG(red_runtime, red_runtime_add_pool, X, 1, RED_NONE_64, &number);
     WRONG(uint32_t, red_runtime_add_pool, &runtime, 1, RED_NONE_64, X);
+    WRONG(red_runtime, red_runtime_add_cuda_pool, X, 0, 1, RED_NONE_64, &number);
+    WRONG(uint32_t, red_runtime_add_cuda_pool, &runtime, 0, 1, RED_NONE_64, X);
     WRONG(red_runtime, red_runtime_add_sensor, X, MS, &number);
     WRONG(uint32_t, red_runtime_add_sensor, &runtime, MS, X);
     WRONG(red_runtime, red_runtime_pin, X, &cpu, 1);

@@ -65,6 +65,16 @@ static void what_comes_before(void) {
     EXPECT(pool == 7);
     CALL(RED_OK, red_runtime_add_pool, &runtime, 1, 1000, &pool);
     EXPECT(pool == 1);
+    CALL(RED_STATUS_CUDA, red_runtime_add_cuda_pool, &runtime, 7, 1, RED_NONE_64, &pool);
+    CALL(RED_STATUS_NO_LANE, red_runtime_add_cuda_pool, &runtime, 0, 0, RED_NONE_64, &pool);
+    CALL(RED_STATUS_POOLS_FULL, red_runtime_add_cuda_pool, &runtime, 0, 31, RED_NONE_64, &pool);
+    CALL(RED_STATUS_POOLS_FULL, red_runtime_add_cuda_pool, &runtime, 0, 300, RED_NONE_64, &pool);
+    EXPECT(pool == 1);
+    CALL(RED_OK, red_runtime_add_cuda_pool, &runtime, 0, 2, 1000, &pool);
+    CALL(RED_OK, red_runtime_add_cuda_pool, &runtime, 0, 1, RED_NONE_64, &pool);
+    EXPECT(pool == 3);
+    CALL(RED_STATUS_OUT_OF_RANGE, red_runtime_add_cuda_pool, &runtime, 7, 1, RED_NONE_64, &pool);
+    CALL(RED_STATUS_OUT_OF_RANGE, red_runtime_add_cuda_pool, &runtime, UINT32_MAX, 1, RED_NONE_64, &pool);
     CALL(RED_STATUS_ZERO_PERIOD, red_runtime_add_sensor, &runtime, 0, &sensor);
     CALL(RED_OK, red_runtime_add_sensor, &runtime, 33 * MS, &sensor);
     CALL(RED_OK, red_runtime_add_sensor, &runtime, 33 * MS, &same);
@@ -89,6 +99,7 @@ static void what_comes_before(void) {
     CALL(RED_OK, red_runtime_start, &runtime);
     CALL(RED_STATUS_STARTED, red_runtime_start, &runtime);
     CALL(RED_STATUS_STARTED, red_runtime_add_pool, &runtime, 1, RED_NONE_64, &pool);
+    CALL(RED_STATUS_STARTED, red_runtime_add_cuda_pool, &runtime, 0, 1, RED_NONE_64, &pool);
     CALL(RED_STATUS_STARTED, red_runtime_add_sensor, &runtime, MS, &sensor);
     CALL(RED_STATUS_STARTED, red_runtime_pin, &runtime, cpus, 3);
     CALL(RED_STATUS_STARTED, red_runtime_every, &runtime, task, 0, MS);

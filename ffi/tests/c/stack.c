@@ -82,6 +82,24 @@ static uint64_t drive(red_scheduler *scheduler, uint64_t now_ns) {
     return last;
 }
 
+/* The same, with units that wait on their lanes. */
+static void drive_ahead(red_scheduler *scheduler, uint64_t now_ns) {
+    uint64_t units[64], before[32];
+    size_t given, count = 0;
+    do {
+        red_action action = {0};
+        given = 0;
+        OK(red_scheduler_poll, scheduler, now_ns, &action);
+        while (action.kind != RED_ACTION_KIND_NOTHING) {
+            if (action.kind == RED_ACTION_KIND_AHEAD) OK(red_scheduler_waits_for, scheduler, action.unit, before, 32, &count);
+            if (action.kind != RED_ACTION_KIND_ENDED) units[given++] = action.unit;
+            OK(red_scheduler_poll, scheduler, now_ns, &action);
+        }
+        now_ns += MS;
+        for (size_t i = 0; i < given; i++) OK(red_scheduler_complete, scheduler, units[i], now_ns);
+    } while (given > 0);
+}
+
 static void look(const red_scheduler *scheduler, uint32_t task, uint64_t index) {
     red_config config = RED_CONFIG_INIT;
     red_figures figures = RED_FIGURES_INIT;
@@ -142,11 +160,17 @@ static void run(const struct class *class) {
     red_event events[16];
     size_t count = 0;
     OK(red_scheduler_take_events, &scheduler, events, 16, &count);
+    OK(red_scheduler_dispatch_ahead, &scheduler, 0);
+    for (int jobs = 0; jobs < 2; jobs++) OK(red_scheduler_release, &scheduler, task, 410 * MS, &job);
+    drive_ahead(&scheduler, 410 * MS);
     OK(red_scheduler_retire_lane, &scheduler, 0);
     OK(red_scheduler_restore_lane, &scheduler, 0);
     /* Late from the start: given up. */
     OK(red_scheduler_release_at, &scheduler, task, 400 * MS, RED_NONE_64, 900 * MS, &job);
     drive(&scheduler, 900 * MS);
+    OK(red_scheduler_release, &scheduler, task, 950 * MS, &job);
+    OK(red_scheduler_lose_pool, &scheduler, 0, 950 * MS);
+    drive(&scheduler, 950 * MS);
     OK(red_scheduler_remove_task, &scheduler, task, 1000 * MS);
     OK(red_scheduler_close, &scheduler);
 }

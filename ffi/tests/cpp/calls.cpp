@@ -182,9 +182,35 @@ void preemption() {
     CHECK(taken.kind() == red::ActionKind::Preempt);
 }
 
+/// A lane that runs by itself what it is given, as a stream does.
+void ahead() {
+    auto scheduler = red::Scheduler::open(memory, red::Config::redrt().lanes(2));
+    auto dag = red::Dag::open(dag_memory);
+    const auto encoder = dag->add_node(red::Node::ordinary(2ms));
+    for (int i = 0; i < 2; i++) {
+        CHECK(dag->add_edge(encoder, dag->add_node(red::Node::ordinary(1ms))).ok());
+    }
+    CHECK(scheduler->dispatch_ahead(red::first_pool).ok() && ended(scheduler->dispatch_ahead(red::PoolId(1)), RED_STATUS_UNKNOWN_POOL));
+    CHECK(ended(scheduler->dispatch_ahead(scheduler->add_pool(0)), RED_STATUS_NO_LANE));
+    const auto task = scheduler->add_task(*dag, red::Timing::sporadic(50ms));
+    CHECK(scheduler->release(task, at(0ns)).ok());
+    const auto first = scheduler->poll(at(0ns)), behind = scheduler->poll(at(0ns)), beside = scheduler->poll(at(0ns));
+    CHECK(first.dispatch() && !first.ahead() && behind.ahead() && !behind.dispatch() && beside.kind() == red::ActionKind::Ahead);
+    CHECK(behind.ahead()->lane == red::LaneId(0) && beside.ahead()->lane == red::LaneId(1));
+    std::array<red::UnitId, 2> room{red::UnitId(0), red::UnitId(0)};
+    CHECK(scheduler->waits_for(behind.ahead()->unit, room)->empty());
+    const auto before = scheduler->waits_for(beside.ahead()->unit, room);
+    CHECK(before->size() == 1 && (*before)[0] == first.dispatch()->unit);
+    CHECK(ended(scheduler->lose_pool(red::PoolId(1), at(1ms)), RED_STATUS_UNKNOWN_POOL));
+    CHECK(scheduler->lose_pool(red::first_pool, at(1ms)).ok());
+    const auto ended_by_that = scheduler->poll(at(1ms));
+    CHECK(ended_by_that.ended()->shed() == red::Shed::Fault);
+}
+
 } // namespace
 
 int main() {
+    ahead();
     configs();
     graphs();
     deadlines();

@@ -42,6 +42,9 @@ void answers(red::Scheduler &scheduler, red_status why) {
     CHECK(ended(scheduler.unit(unit), why) && ended(scheduler.members(unit, members), why) && ended(scheduler.job(task, 0), why));
     CHECK(ended(scheduler.executions(task, red::NodeId(0)), why) && ended(scheduler.figures(), why));
     CHECK(ended(scheduler.take_events(events), why) && ended(scheduler.memory_used(red::first_pool), why));
+    std::array<red::UnitId, 4> units{unit, unit, unit, unit};
+    CHECK(ended(scheduler.dispatch_ahead(red::first_pool), why) && ended(scheduler.lose_pool(red::first_pool, now), why));
+    CHECK(ended(scheduler.waits_for(unit, units), why));
     CHECK(ended(scheduler.config(), why) && ended(scheduler.close(), why));
 }
 

@@ -26,7 +26,7 @@ void answers(Runtime &runtime, red_status why) {
     const auto dag = red::Dag::open(memory);
     const auto timing = red::Timing::sporadic(1s);
     CHECK(!runtime.is_open() && ended(runtime, why) && ended(runtime.add_pool(1), why) && ended(runtime.add_sensor(1ms), why));
-    CHECK(ended(runtime.pin({}), why) && ended(runtime.record("log"), why) && ended(runtime.every(task, 0ms, 1ms), why));
+    CHECK(ended(runtime.add_cuda_pool(1), why) && ended(runtime.pin({}), why) && ended(runtime.record("log"), why) && ended(runtime.every(task, 0ms, 1ms), why));
     CHECK(ended(runtime.once(task, 0ms), why) && ended(runtime.add_task(*dag, red::Bodies(), timing), why));
     CHECK(ended(runtime.remove_task(task), why) && ended(runtime.certificate(task), why));
     CHECK(ended(runtime.edit(task, edit_memory), why) && ended(runtime.commit(*dag), why) && ended(runtime.start(), why));

@@ -239,6 +239,17 @@ pub(crate) fn members(w: &mut World<'_>) {
     w.judge(status, said, None);
 }
 
+pub(crate) fn waits_for(w: &mut World<'_>) {
+    w.begin("red_scheduler_waits_for");
+    let (handle, at) = w.handle(Kind::Scheduler);
+    let unit = w.unit(at);
+    let room = w.room(8);
+    let status = red_scheduler_waits_for(handle, unit, room.pointer, room.room, room.count.pointer);
+    let said = w.expected(|w| w.twin(at).0.waits_for(unit));
+    let said = said.and_then(|units| w.fill(room, &units));
+    w.judge(status, said, None);
+}
+
 pub(crate) fn job(w: &mut World<'_>) {
     w.begin("red_scheduler_job");
     let (handle, at) = w.handle(Kind::Scheduler);

@@ -126,6 +126,11 @@ pub(crate) fn report(w: &mut World<'_>) {
         dispatch_p99_ns: at_the_end,
         dispatch_max_ns: at_the_end,
         log_dropped: at_the_end,
+        event_waits_issued: at_the_end,
+        event_waits_avoided: at_the_end,
+        submissions_ahead: at_the_end,
+        late_memory_bytes: at_the_end,
+        device_error: at_the_end,
         ..red_report::EMPTY
     };
     let said = w.expected(|_| Ok(())).map(|()| w.put_growing(out, &nothing));
@@ -196,6 +201,15 @@ pub(crate) fn add_pool(w: &mut World<'_>) {
     let budget = (memory != RED_NONE_64).then_some(Bytes(memory));
     let added = w.expected(|w| w.twin(at).0.add_pool(lanes as u8, budget)).map(|id| w.put(out, &id));
     w.judge(status, added, None);
+}
+
+/// Only as it is refused before a driver is looked for.
+pub(crate) fn add_cuda_pool(w: &mut World<'_>) {
+    let (handle, _) = w.runtime("red_runtime_add_cuda_pool");
+    let lanes = w.choices.below(300) as u32;
+    let out = w.out::<u32>();
+    let status = red_runtime_add_cuda_pool(handle, u32::MAX, lanes, RED_NONE_64, out.pointer);
+    w.says(status, Err(if lanes > 255 { red_status::PoolsFull } else { red_status::OutOfRange }));
 }
 
 pub(crate) fn add_sensor(w: &mut World<'_>) {

@@ -227,6 +227,28 @@ pub(crate) fn add_pool(w: &mut World<'_>) {
     w.judge(status, added, Some(at));
 }
 
+fn pool(w: &mut World<'_>) -> u32 {
+    if w.choices.chance(24) { w.choices.number() as u32 } else { w.choices.below(3) as u32 }
+}
+
+pub(crate) fn dispatch_ahead(w: &mut World<'_>) {
+    w.begin("red_scheduler_dispatch_ahead");
+    let (handle, at) = w.handle(Kind::Scheduler);
+    let pool = pool(w);
+    let status = red_scheduler_dispatch_ahead(handle, pool);
+    let said = w.expected(|w| w.twin(at).0.dispatch_ahead(pool)).map(|()| w.twin(at).1.goes_ahead());
+    w.judge(status, said, Some(at));
+}
+
+pub(crate) fn lose_pool(w: &mut World<'_>) {
+    w.begin("red_scheduler_lose_pool");
+    let (handle, at) = w.handle(Kind::Scheduler);
+    let (pool, now) = (pool(w), w.clock());
+    let status = red_scheduler_lose_pool(handle, pool, now);
+    let said = w.expected(|w| w.twin(at).0.lose_pool(pool, Instant::from_nanos(now)));
+    w.judge(status, said, Some(at));
+}
+
 pub(crate) fn add_sensor(w: &mut World<'_>) {
     w.begin("red_scheduler_add_sensor");
     let (handle, at) = w.handle(Kind::Scheduler);
@@ -251,7 +273,7 @@ pub(crate) fn config(w: &mut World<'_>) {
 pub(crate) fn memory_used(w: &mut World<'_>) {
     w.begin("red_scheduler_memory_used");
     let (handle, at) = w.handle(Kind::Scheduler);
-    let pool = if w.choices.chance(24) { w.choices.number() as u32 } else { w.choices.below(3) as u32 };
+    let pool = pool(w);
     let out = w.out();
     let status = red_scheduler_memory_used(handle, pool, out.pointer);
     let said = w.expected(|w| w.twin(at).0.memory_used(pool)).map(|bytes| w.put(out, &bytes));

@@ -166,6 +166,8 @@ impl<C: Capacity> AnyDag for Dag<C> {
 /// A scheduler of any class.
 pub(crate) trait Twin {
     fn add_pool(&mut self, lanes: u8, memory: Option<Bytes>) -> Answer<u32>;
+    fn dispatch_ahead(&mut self, pool: u32) -> Answer<()>;
+    fn lose_pool(&mut self, pool: u32, now: Instant) -> Answer<()>;
     fn add_sensor(&mut self, period: Duration) -> Answer<u32>;
     fn add_task(&mut self, dag: &dyn AnyDag, timing: Timing) -> Answer<u32>;
     fn remove_task(&mut self, task: u32, now: Instant) -> Answer<()>;
@@ -185,6 +187,7 @@ pub(crate) trait Twin {
     fn poll_at(&self) -> Option<Instant>;
     fn unit(&self, unit: u64) -> Answer<Unit>;
     fn members(&self, unit: u64) -> Answer<Vec<red_member>>;
+    fn waits_for(&self, unit: u64) -> Answer<Vec<u64>>;
     fn job(&self, task: u32, index: u64) -> Answer<u32>;
     fn executions(&self, task: u32, node: NodeId) -> Answer<red_executions>;
     fn memory_used(&self, pool: u32) -> Answer<u64>;
@@ -213,6 +216,10 @@ impl<C: Capacity> Host<C> {
     fn graph(dag: &dyn AnyDag) -> Answer<&Dag<C>> {
         dag.any().downcast_ref::<Dag<C>>().ok_or(red_status::OtherClass)
     }
+
+    fn pool(&self, pool: u32) -> Answer<PoolId> {
+        or(pool < self.pools, red_status::UnknownPool).map(|()| PoolId::new(pool as u8))
+    }
 }
 
 impl<C: Capacity> Twin for Host<C> {
@@ -221,6 +228,16 @@ impl<C: Capacity> Twin for Host<C> {
         self.pools += 1;
         self.is_set_up = true;
         Ok(added.index() as u32)
+    }
+
+    fn dispatch_ahead(&mut self, pool: u32) -> Answer<()> {
+        let is_ahead = self.core.dispatch_ahead(self.pool(pool)?);
+        self.is_set_up |= is_ahead;
+        or(is_ahead, red_status::NotAhead)
+    }
+
+    fn lose_pool(&mut self, pool: u32, now: Instant) -> Answer<()> {
+        self.pool(pool).map(|pool| self.is_set_up = self.core.lose_pool(pool, now))
     }
 
     fn add_sensor(&mut self, period: Duration) -> Answer<u32> {
@@ -312,6 +329,10 @@ impl<C: Capacity> Twin for Host<C> {
         if members.is_empty() { Err(red_status::NotRunning) } else { Ok(members) }
     }
 
+    fn waits_for(&self, unit: u64) -> Answer<Vec<u64>> {
+        self.unit(unit).map(|_| self.core.waits_for(UnitId::from_bits(unit)).map(UnitId::to_bits).collect())
+    }
+
     fn job(&self, task: u32, index: u64) -> Answer<u32> {
         let job = self.core.job_id(TaskId::from_bits(task), index);
         job.map(JobId::to_bits).ok_or(red_status::UnknownJob)
@@ -329,8 +350,7 @@ impl<C: Capacity> Twin for Host<C> {
     }
 
     fn memory_used(&self, pool: u32) -> Answer<u64> {
-        or(pool < self.pools, red_status::UnknownPool)?;
-        Ok(self.core.memory_used(PoolId::new(pool as u8)).0)
+        self.pool(pool).map(|pool| self.core.memory_used(pool).0)
     }
 
     fn config(&self) -> Config {

@@ -193,6 +193,7 @@ pub(crate) fn of_action(action: Option<Action>) -> (red_action, usize) {
         None => (0, None),
         Some(Action::Dispatch(unit)) => (1, Some(unit)),
         Some(Action::Preempt(unit)) => (2, Some(unit)),
+        Some(Action::Ahead(unit)) => (4, Some(unit)),
         Some(Action::Ended(outcome)) => {
             let outcome = of_outcome(&outcome);
             return (red_action { kind: 3, lane: 0, unit: 0, outcome }, size_of::<red_action>());

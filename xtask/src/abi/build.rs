@@ -15,10 +15,11 @@ use crate::workspace::Workspace;
 /// One object of what is reached, and no groups in it: the linker keeps one of the groups of a name, and drops ours if
 /// another library's comes first, with our tables of unwinding.
 const ONE_OBJECT: &[&str] = &["-r", "--gc-sections", "--force-group-allocation"];
-/// Names that others see; no bitcode, for which some tools take the whole object; no lines of our sources.
+/// Names that others see, those of our C files apart; no bitcode, for which some tools take the whole object; no lines of our sources.
 const ONLY_OURS: &[&str] = &[
     "--wildcard",
     "--keep-global-symbol=red_*",
+    "--localize-hidden",
     "--remove-section=.llvmbc",
     "--remove-section=.llvmcmd",
     "--strip-debug",

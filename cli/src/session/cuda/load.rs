@@ -8,13 +8,14 @@ use red_bodies::plugin::{Host as PluginHost, Plugin, PluginBody};
 use red_bodies::scene::Scene;
 use red_bodies::{Call, SPIN_PTX, contents, within};
 use red_cuda::{Arguments, Buffer, CudaError, Device, Kernel, Module, Pinned, Stream};
+use red_rt::cuda::Bodies;
 use red_workload::Source;
 use red_workload::build::{Numbered, Role};
 use red_workload::model::{Argument, Arrival, Body, Part};
 use std::collections::HashMap;
 use std::ffi::CString;
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
 /// Largest module, in bytes.
 const MOST_MODULE_BYTES: u64 = 256 << 20;
@@ -132,8 +133,8 @@ impl CudaPools {
                 }
             }
         }
-        let mut handlers = Vec::new();
-        for (lane, steps) in of_lanes.into_iter().enumerate() {
+        let of_streams = of_lanes.into_iter().enumerate().filter(|(lane, _)| self.lanes >> lane & 1 != 0);
+        let bodies = of_streams.map(|(lane, steps)| {
             let scene = Scene::new(FRAME.0, FRAME.1);
             let image = vec![0.0; scene.len()];
             let said = self.said.clone();
@@ -148,11 +149,10 @@ impl CudaPools {
                 image,
                 seen: None,
             };
-            let is_stream = self.lanes >> lane & 1 != 0;
-            let handler = is_stream.then(|| self.cuda.handler(lane, Box::new(bodies))).transpose();
-            handlers.push(Mutex::new(handler.map_err(|error| self.refused(error))?));
-        }
-        self.handlers = handlers;
+            (lane, Box::new(bodies) as Box<dyn Bodies>)
+        });
+        let handlers = self.cuda.handlers(bodies).map_err(|error| self.refused(error))?;
+        self.handlers = Some(handlers);
         Ok(())
     }
 

@@ -66,6 +66,9 @@ pub(crate) const CALLS: &[Call] = calls! {
     red_scheduler_fail(w; w.scheduler) |p| (at(p[0]), w.running, 2);
     red_scheduler_take_outcome(w; w.scheduler, w.outcome, w.number) |p| (at(p[0]), at(p[1]), at(p[2]));
     red_scheduler_retire_lane(w; w.scheduler) |p| (at(p[0]), 1);
+    red_scheduler_dispatch_ahead(w; w.scheduler) |p| (at(p[0]), 0);
+    red_scheduler_lose_pool(w; w.scheduler) |p| (at(p[0]), 0, 2);
+    red_scheduler_waits_for(w; w.scheduler, w.wide, w.count) |p| (at(p[0]), w.running, at(p[1]), 1, at(p[2]));
     red_scheduler_poll_at(w; w.scheduler, w.wide) |p| (at(p[0]), at(p[1]));
     red_scheduler_unit(w; w.scheduler, w.unit) |p| (at(p[0]), w.running, at(p[1]));
     red_scheduler_members(w; w.scheduler, w.members, w.count) |p| (at(p[0]), w.running, at(p[1]), 16, at(p[2]));
@@ -130,6 +133,7 @@ pub(crate) const RUNTIME: &[Call] = on_runtime! {
     red_runtime_message(w; w.open_runtime(); w.runtime, w.text, w.count) |p| (at(p[0]), at(p[1]), 512, at(p[2]));
     red_runtime_report(w; w.open_runtime(); w.runtime, w.report) |p| (at(p[0]), at(p[1]));
     red_runtime_add_pool(w; w.open_runtime(); w.runtime, w.number) |p| (at(p[0]), 1, RED_NONE_64, at(p[1]));
+    red_runtime_add_cuda_pool(w; w.open_runtime(); w.runtime, w.number) |p| (at(p[0]), 0, 1, RED_NONE_64, at(p[1]));
     red_runtime_add_sensor(w; w.open_runtime(); w.runtime, w.number) |p| (at(p[0]), 1_000, at(p[1]));
     red_runtime_pin(w; w.open_runtime(); w.runtime, w.lanes) |p| (at(p[0]), at(p[1]), 2);
     red_runtime_every(w; w.open_runtime(); w.runtime) |p| (at(p[0]), w.task, 0, 1_000_000);
