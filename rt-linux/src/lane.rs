@@ -250,7 +250,7 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
                         shared.waiting.seats[self.number].keep(d.unit);
                         mine = Some(work);
                     } else {
-                        shared.waiting.seats[d.lane.index()].hand(&work);
+                        shared.waiting.hand(d.lane.index(), &work);
                     }
                 }
                 Action::Ahead(d) => shared.hand_ahead(scheduler, d),

@@ -118,7 +118,7 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
             figures.dispatched(shared.waiting.now().saturating_sub(work.since_ns));
             queue.push(Ahead::at_once(*work));
         }
-        take_ahead(queue, &seat);
+        take_ahead(queue, &seat, figures, shared.waiting.now());
         let Ahead { work, wait_ns, .. } = queue.units[0]?.ahead;
         figures.units += 1;
         let (mut start, begin) = (None, shared.waiting.now());
@@ -135,7 +135,7 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
                 // The lane is another thread's, which takes what is handed from now on.
                 break (false, None);
             }
-            take_ahead(queue, &seat);
+            take_ahead(queue, &seat, figures, shared.waiting.now());
             queue.submit(stream, figures);
             let now = shared.waiting.now();
             let progress = match queue.units[0]?.state {
@@ -187,10 +187,11 @@ fn sleep(bell: &Bell, ready: impl Fn() -> bool, until: u64) -> Woken {
     bell.wait_for(ready, Some(until), 0)
 }
 
-fn take_ahead(queue: &mut Queue, seat: &StreamSeat) {
+fn take_ahead(queue: &mut Queue, seat: &StreamSeat, figures: &mut LaneFigures, now: u64) {
     while queue.has_room()
         && let Some(ahead) = seat.take()
     {
+        figures.dispatched(now.saturating_sub(ahead.work.since_ns));
         queue.push(ahead);
     }
 }

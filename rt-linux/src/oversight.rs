@@ -4,6 +4,7 @@
 //! No protocol here loses a wake-up. A kernel, a filter of system calls or a debugger may; then a lane stands still
 //! for one look instead of for ever.
 
+use crate::bell::Bell;
 use crate::shared::Shared;
 use crate::watchdog::{Expiry, Overseer};
 use core::sync::atomic::{AtomicU64, Ordering};
@@ -70,8 +71,10 @@ where
             }
             *before = waits;
         }
-        for stream in shared.waiting.streams.iter().flatten().filter(|stream| stream.is_handed()) {
-            stream.bell.rouse();
+        for (stream, seat) in shared.waiting.streams.iter().zip(&shared.waiting.seats) {
+            if let Some(stream) = stream.as_ref().filter(|stream| stream.is_handed()) {
+                [&stream.bell, &seat.bell].into_iter().for_each(Bell::rouse);
+            }
         }
         // Some looks late, as the ring for it may be under way.
         shared.waiting.look_after(STANDSTILL_NS);

@@ -147,14 +147,11 @@ impl<C: Capacity, H, L: Exclusive<Scheduler<C>>> Shared<C, H, L> {
     /// Hands a unit to a lane for its stream, with what it waits for.
     pub(crate) fn hand_ahead(&self, scheduler: &Recorder<'_, C>, given: Dispatch) {
         let lane = given.lane.index();
-        let (Some(unit), Some(stream)) = (scheduler.unit(given.unit), &self.waiting.streams[lane]) else {
-            return;
-        };
+        let Some(unit) = scheduler.unit(given.unit) else { return };
         let now = scheduler.now().as_nanos();
         let wcet_of = |unit| scheduler.unit(unit).map_or(0, |unit| unit.wcet.as_nanos());
         let after = scheduler.waits_for(given.unit).map(|unit| (unit, wcet_of(unit)));
-        stream.hand(&Ahead::new(Work::of(given.unit, &unit, now), after));
-        self.waiting.seats[lane].bell.ring();
+        self.waiting.hand_ahead(lane, &Ahead::new(Work::of(given.unit, &unit, now), after));
         self.ahead.fetch_add(1, Ordering::Relaxed);
     }
 

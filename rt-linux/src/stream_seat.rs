@@ -1,8 +1,9 @@
-//! Where a lane with a stream is handed units ahead, while it waits for what it has given.
+//! Where a lane with a stream is handed units, also ahead, while it waits for what it has given.
 //!
 //! # Protocol
 //!
-//! The holder of the scheduler's lock hands; the lane takes. Two units may lie here: a second is handed only once the
+//! The holder of the scheduler's lock hands; the lane takes. All of its units come this way, for by two ways one could
+//! overtake another: a stream runs them in the order in which it is given them. Two units may lie here: a second is handed only once the
 //! first counts as started, and a third once the first was reported, by the lane or by one that ran after it, so after
 //! the lane took and submitted it. They lie in turns in two [`Seat`]s, each of which so is handed to only when empty.
 //!

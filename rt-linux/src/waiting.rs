@@ -13,7 +13,7 @@ use crate::handler::Work;
 use crate::primitive::{AtomicBool, AtomicU32, AtomicU64, Ordering, now_ns};
 use crate::seat::Seat;
 use crate::sleeper::Sleeper;
-use crate::stream_seat::StreamSeat;
+use crate::stream_seat::{Ahead, StreamSeat};
 use std::sync::Arc;
 
 /// Nobody keeps the time.
@@ -169,6 +169,22 @@ impl Waiting {
         // continues the release sequence, so that who takes both knocks sees both requests.
         self.knock.swap(true, Ordering::Release);
         self.ring_idle(u32::MAX);
+    }
+
+    /// Hands a unit to a lane that runs nothing. To be called under the scheduler's lock.
+    pub fn hand(&self, lane: usize, work: &Work) {
+        // By the way of the units that go ahead, which would overtake it by another one.
+        self.streams[lane]
+            .as_ref()
+            .map_or_else(|| self.seats[lane].hand(work), |_| self.hand_ahead(lane, &Ahead::at_once(*work)));
+    }
+
+    /// Hands a unit to a lane with a stream. To be called under the scheduler's lock.
+    pub fn hand_ahead(&self, lane: usize, ahead: &Ahead) {
+        if let Some(stream) = &self.streams[lane] {
+            stream.hand(ahead);
+            self.seats[lane].bell.ring();
+        }
     }
 
     /// Whether somebody knocked since the last call.
