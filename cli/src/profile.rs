@@ -9,6 +9,8 @@ mod figures;
 mod lanes;
 mod machine;
 mod measure;
+mod runner;
+mod streams;
 
 use crate::executable;
 use crate::options;
@@ -16,6 +18,7 @@ use crate::outcome::{Answer, Failure};
 use crate::output;
 use crate::session::SessionError;
 use crate::session::bodies::Bodies;
+use crate::session::cuda::CudaPools;
 use figures::{Report, Summary};
 use lanes::{Bounds, Lanes, Place, Trouble};
 use machine::Machine;
@@ -25,9 +28,10 @@ use red_core::{Duration, Empty, Scheduler};
 use red_rt::setup;
 use red_rt::stop::StopSignals;
 use red_workload::build;
-use red_workload::model::{Body, PoolKind};
+use red_workload::model::Body;
 use red_workload::policy::Policy;
 use red_workload::{Format, Source, shown_path};
+use runner::Runner;
 use std::fs::{self, File};
 use std::io::{self, Write};
 use std::os::unix::fs::MetadataExt;
@@ -41,7 +45,8 @@ use crate::session::Robot as Room;
 #[derive(clap::Args)]
 #[command(after_help = "\
 Every node runs alone on a CPU, then against the nodes of the largest memory on all other CPUs; then all nodes of a \
-pool run on one CPU and on all of them, which gives rho. The copy has `wcet` (largest time alone, and the margin), \
+pool run on one CPU and on all of them, which gives rho. Nodes of a pool of kind cuda run on streams instead, of which \
+there are the pool's lanes and at least 4, and events on the device say what they took, copies included. The copy has `wcet` (largest time alone, and the margin), \
 `bcet` (smallest), `contention` of atomic nodes (largest against the others less largest alone) and `lanes` of pools \
 (rho rounded down, at least 1); the rest of the file stays as it is. rho has two decimals, and a pool that names its \
 `cpus` is measured on these. YAML is refused: convert it to TOML, whose comments can be kept.
@@ -95,12 +100,6 @@ pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
                    has the same keys";
         return Err(Failure::Input(why.to_owned()));
     }
-    if let Some(pool) = workload.pools.iter().find(|pool| pool.kind == PoolKind::Cuda) {
-        return Err(Failure::Machine(format!(
-            "pool `{}` is of kind cuda, whose nodes are not measured yet; to measure bodies of the CPU, write kind = \"cpu\"",
-            pool.name
-        )));
-    }
     let out = args.out.clone().unwrap_or_else(|| args.file.with_extension("profiled.toml"));
     check_place(&args.file, &out, args.force)?;
     let text = fs::read_to_string(&args.file)
@@ -131,7 +130,10 @@ pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
 
 /// Loads the bodies and measures them; nothing if a signal came first.
 fn measure(args: &Args, source: &Source) -> Result<Option<(Measured, Machine)>, Failure> {
+    let source = &streams::widened(source);
     let workload = &source.workload;
+    // What the machine lacks comes before what its bodies lack.
+    let cuda = CudaPools::open(workload)?;
     let mut scheduler: Box<Scheduler<Room>> = Box::new(Scheduler::EMPTY);
     let (plan, _) = build::admit(&mut scheduler, workload, Policy::Redrt.config())?;
     let stop = StopSignals::install().map_err(|e| Failure::Machine(e.to_string()))?;
@@ -140,14 +142,19 @@ fn measure(args: &Args, source: &Source) -> Result<Option<(Measured, Machine)>, 
     let host = PluginHost::new(|_| true);
     let bodies = Bodies::load(source, &plan.nodes, &host, None).map_err(SessionError::Bodies)?;
     let bodies = Arc::new(bodies);
-    let machine = Machine::take(workload, args.best_effort)?;
+    let on_device =
+        cuda.as_ref().map(|cuda| streams::runners(cuda, source, &plan.nodes, &host)).transpose()?;
+    let mut machine = Machine::take(workload, args.best_effort)?;
+    machine.device = cuda.as_ref().map(|cuda| cuda.device_name().to_owned());
     if let Some(why) = &machine.denied {
         output::note(&executable::named_in(&format!("BEST EFFORT, not real time: {why}")));
     }
     // Held to the end; a machine without the device idles as deep as it likes, which doctor tells.
     let _awake = machine.realtime().then(setup::hold_cpu_dma_latency);
     let bounds = Bounds { runs: args.runs as usize, budget_ns: args.budget, timeout_ns: args.timeout };
-    let measured = Lanes::with(&bodies, &machine, &stop, bounds, |lanes| {
+    let on_host = (0..machine.cpus.len()).map(|lane| Runner::Host(bodies.handler(lane)));
+    let runners = on_host.chain(on_device.into_iter().flatten()).collect();
+    let measured = Lanes::with(runners, &machine, &stop, bounds, |lanes| {
         Bench { lanes, machine: &machine, workload, nodes: &plan.nodes }.measure()
     });
     let name = |place: Place| {
@@ -157,14 +164,20 @@ fn measure(args: &Args, source: &Source) -> Result<Option<(Measured, Machine)>, 
     match measured {
         Ok(measured) => Ok(Some((measured, machine))),
         Err(Trouble::Stopped) => Ok(None),
-        Err(Trouble::Body(place)) => {
+        Err(Trouble::Body(place, why)) => {
             let node = name(place);
+            // A body that submitted nothing has said it; what it submitted is the driver's to tell.
+            let said = cuda.and_then(|cuda| cuda.said().pop()).map(|(.., fault)| fault.told());
+            let said = said.or(why.map(|error| error.to_string()));
+            let said = said.map_or(String::new(), |said| format!(": {said}"));
             Err(Failure::Input(format!(
-                "the body of node `{node}` fails here; `redrt profile` needs bodies that run to their end"
+                "the body of node `{node}` fails here{said}; `redrt profile` needs bodies that run to their end"
             )))
         }
         Err(Trouble::Hung(place)) => {
             let (node, timeout) = (name(place), Duration::from_nanos(args.timeout));
+            // What a stream that hangs uses is left to it.
+            std::mem::forget(cuda);
             Err(Failure::Input(format!(
                 "the body of node `{node}` did not return within {timeout}; mend the body, or give it longer with \
                  --timeout"

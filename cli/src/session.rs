@@ -208,7 +208,7 @@ pub(crate) fn execute(
     let bodies = Bodies::load(source, &plan.nodes, &host, options.obstacle_ns);
     let bodies = Arc::new(bodies.map_err(SessionError::Bodies)?);
     if let Some(cuda) = &mut cuda {
-        cuda.load(source, &plan.nodes, &host, options.obstacle_ns)?;
+        cuda.give(cuda.load(source, &plan.nodes, &host, options.obstacle_ns)?)?;
     }
     let cuda = cuda.map(Arc::new);
     let lanes: usize = workload.pools.iter().map(|p| p.lanes as usize).sum();

@@ -85,10 +85,14 @@ impl Summary<'_> {
                 self.margin_percent
             ),
         ];
-        lines.push(if cpus.len() == 1 {
+        if let Some(device) = &self.machine.device {
+            lines.push(format!("CUDA device: {device}; nodes there by events on it, copies included."));
+        }
+        lines.push(if self.measured.nodes.iter().all(|node| node.contention_ns.is_none()) {
             "contention: not measured, there is one CPU.".to_owned()
         } else {
-            "contention (atomic nodes): longest beside the heaviest co-runners on all other CPUs, less longest alone."
+            "contention (atomic nodes): longest beside the heaviest co-runners on all other CPUs, or streams, less longest \
+             alone."
                 .to_owned()
         });
         for (pool, rho) in self.workload.pools.iter().zip(&self.measured.rho_percent) {

@@ -1,15 +1,16 @@
-//! Threads like the lanes of a run, one per CPU, that execute nodes again and again and take the time.
+//! Threads like the lanes of a run, one per CPU and one per stream, that execute nodes again and again and take the time.
 //!
 //! A drill is one measurement: its lanes start together, the first runs as often as asked, and the others keep their
 //! CPUs busy until it is done. A watchdog ends it when a body does not return.
 
 use super::machine::{Machine, PRIORITY};
-use crate::session::bodies::Bodies;
+use super::runner::Runner;
 use red_bodies::BodyError;
 use red_bodies::onnx::on_lane;
 use red_core::{NodeId, TaskId};
+use red_cuda::CudaError;
 use red_rt::clock::now_ns;
-use red_rt::handler::{Handler, Work};
+use red_rt::handler::Work;
 use red_rt::setup::{Fifo, SetupError, best_effort, pin, prefault_stack};
 use red_rt::stop::StopSignals;
 use red_rt::watchdog::{Bound, Slot, Watchdog};
@@ -60,8 +61,8 @@ pub(super) struct Bounds {
 pub(super) enum Trouble {
     /// A signal asked for the end.
     Stopped,
-    /// A body failed.
-    Body(Place),
+    /// A body failed, and what the driver said of it.
+    Body(Place, Option<CudaError>),
     /// A body did not return in time. Its thread goes on, and ends with the process.
     Hung(Place),
     /// A lane did not get what it needs of the system.
@@ -91,6 +92,9 @@ struct Drill {
     over: AtomicBool,
 }
 
+/// What did not run to its end, and what the driver said.
+type Fault = (Place, Option<CudaError>);
+
 /// Times of passes, without the rests between.
 type Times = Vec<u64>;
 
@@ -105,19 +109,19 @@ pub(super) struct Lanes<'a> {
 }
 
 impl Lanes<'_> {
-    /// Starts a lane on each CPU of `machine`, does `work`, and ends them. Lanes that may wait for a hung body are
-    /// left behind.
+    /// Starts a lane for each runner, does `work`, and ends them: the first on the CPUs of `machine`, one each, and the others
+    /// on whatever CPU is free, as they only wait. Lanes that may wait for a hung body are left behind.
     ///
     /// # Errors
     /// Those of `work`, and of lanes that cannot be what they have to be.
     pub(super) fn with<R>(
-        bodies: &Arc<Bodies>,
+        runners: Vec<Runner>,
         machine: &Machine,
         stop: &StopSignals,
         bounds: Bounds,
         work: impl FnOnce(&Lanes<'_>) -> Result<R, Trouble>,
     ) -> Result<R, Trouble> {
-        let count = machine.cpus.len();
+        let count = runners.len();
         let slots: Arc<[Slot]> = (0..count).map(|_| Slot::new()).collect();
         let runs: Arc<[Mutex<Option<Place>>]> = (0..count).map(|_| Mutex::new(None)).collect();
         let (answer, answers) = channel();
@@ -131,12 +135,14 @@ impl Lanes<'_> {
         let _watchdog = watchdog.map_err(Trouble::Setup)?;
         let mut lanes = Lanes { orders: Vec::new(), answers, stop };
         let mut threads = Vec::new();
-        for (number, cpu) in machine.cpus.iter().enumerate() {
+        for (number, runner) in runners.into_iter().enumerate() {
             let (orders, ordered) = channel();
+            let cpu = machine.cpus.get(number).copied();
             let lane = Lane {
                 number,
-                cpu: *cpu,
-                handler: bodies.handler(number),
+                cpu,
+                output: number.checked_sub(machine.cpus.len()).unwrap_or(number),
+                runner,
                 bounds,
                 slots: slots.clone(),
                 runs: runs.clone(),
@@ -198,8 +204,11 @@ impl Lanes<'_> {
 /// A lane, as its thread sees it.
 struct Lane {
     number: usize,
-    cpu: usize,
-    handler: Box<dyn Handler>,
+    /// `None`: any.
+    cpu: Option<usize>,
+    /// The number of its results, which it shares with no other lane of its kind.
+    output: usize,
+    runner: Runner,
     bounds: Bounds,
     /// For the watchdog, by lane: until when, and what runs.
     slots: Arc<[Slot]>,
@@ -225,7 +234,9 @@ impl Lane {
             let _told = answers.send((number, ready.map(|()| Times::new()).map_err(Trouble::Setup)));
             while waiting {
                 let Ok(order) = ordered.recv() else { break };
-                waiting = answers.send((number, self.serve(&order).map_err(Trouble::Body))).is_ok();
+                waiting = answers
+                    .send((number, self.serve(&order).map_err(|(place, why)| Trouble::Body(place, why))))
+                    .is_ok();
             }
         };
         let enclosed = move || {
@@ -237,18 +248,18 @@ impl Lane {
     }
 
     fn prepare(&mut self, realtime: bool) -> Result<(), SetupError> {
-        self.handler.prepare();
+        self.runner.prepare();
         prefault_stack(STACK)?;
         self.slots[self.number].adopt();
-        if realtime {
-            return Fifo { priority: PRIORITY, cpu: self.cpu }.apply();
+        match self.cpu {
+            Some(cpu) if realtime => Fifo { priority: PRIORITY, cpu }.apply(),
+            Some(cpu) => pin(cpu).and_then(|()| best_effort()),
+            None => best_effort(),
         }
-        pin(self.cpu)?;
-        best_effort()
     }
 
     /// Runs passes until the drill is over, and ends it when it leads or fails.
-    fn serve(&mut self, order: &Order) -> Result<Times, Place> {
+    fn serve(&mut self, order: &Order) -> Result<Times, Fault> {
         let fed = order.pass.iter().try_for_each(|place| self.feed(place));
         let mut times = Times::with_capacity(self.bounds.runs);
         order.drill.start.wait();
@@ -257,7 +268,7 @@ impl Lane {
         result.map(|()| times)
     }
 
-    fn passes(&mut self, order: &Order, times: &mut Times) -> Result<(), Place> {
+    fn passes(&mut self, order: &Order, times: &mut Times) -> Result<(), Fault> {
         let start_ns = now_ns();
         loop {
             let mut pass_ns = 0;
@@ -279,13 +290,13 @@ impl Lane {
     }
 
     /// Has a decoder's encoder write what the decoder reads.
-    fn feed(&mut self, place: &Place) -> Result<(), Place> {
+    fn feed(&mut self, place: &Place) -> Result<(), Fault> {
         place.encoder.map_or(Ok(()), |encoder| self.execute(place, encoder).map(drop))
     }
 
     /// Time of one execution, in nanoseconds. Every frame serves two calls: the first draws it, as the first node of
     /// a job on a lane does in a run, and the second finds it, as the others do.
-    fn execute(&mut self, place: &Place, node: NodeId) -> Result<u64, Place> {
+    fn execute(&mut self, place: &Place, node: NodeId) -> Result<u64, Fault> {
         *self.runs[self.number].lock().unwrap_or_else(PoisonError::into_inner) =
             Some(Place { node, ..*place });
         let slot = &self.slots[self.number];
@@ -298,21 +309,25 @@ impl Lane {
             release_ns: start_ns,
             deadline_ns: start_ns.saturating_add(place.deadline_ns),
             since_ns: start_ns,
-            output: u16::try_from(self.number).ok(),
+            output: u16::try_from(self.output).ok(),
             ..Work::default()
         };
         self.calls += 1;
-        let result = catch_unwind(AssertUnwindSafe(|| self.handler.run(&work)));
-        let took = now_ns() - start_ns;
+        let result = catch_unwind(AssertUnwindSafe(|| self.runner.run(&work)));
         if slot.disarm(armed) == Bound::Passed {
             // Late, and the watchdog has told so.
-            return Err(*place);
+            return Err((*place, None));
         }
-        if matches!(result, Ok(Ok(()))) { Ok(took) } else { Err(*place) }
+        match result {
+            Ok(Ok(took)) => Ok(took),
+            Ok(Err(why)) => Err((*place, why)),
+            Err(_) => Err((*place, None)),
+        }
     }
 
     fn rest(&mut self, worked_ns: u64) {
-        self.unrested_ns += worked_ns;
+        // A stream's lane has rested meanwhile.
+        self.unrested_ns += if self.runner.is_host() { worked_ns } else { 0 };
         if self.unrested_ns >= WORK_NS {
             thread::sleep(Duration::from_nanos(self.unrested_ns / REST_SHARE));
             self.unrested_ns = 0;

@@ -3,7 +3,7 @@
 use crate::outcome::Failure;
 use red_rt::placement::{choose_cpus, usable_cpus};
 use red_rt::setup::{Fifo, SetupError, lock_memory};
-use red_workload::model::Workload;
+use red_workload::model::{PoolKind, Workload};
 use std::fs;
 use std::thread;
 
@@ -14,9 +14,9 @@ const MAX_LANES: usize = 32;
 
 /// What there is to measure on.
 pub(super) struct Machine {
-    /// A CPU for each lane, those furthest from the kernel's own work first.
+    /// A CPU for each lane that is no stream, those furthest from the kernel's own work first.
     pub(super) cpus: Vec<usize>,
-    /// The lanes that each pool may use, never none.
+    /// The lanes that each pool may use, never none; those of streams come after the CPUs'.
     pub(super) lanes_of_pool: Vec<Vec<usize>>,
     /// Why this is not real time.
     pub(super) denied: Option<SetupError>,
@@ -24,6 +24,8 @@ pub(super) struct Machine {
     pub(super) model: String,
     /// Kernel release.
     pub(super) kernel: String,
+    /// The CUDA device, if nodes run there.
+    pub(super) device: Option<String>,
 }
 
 impl Machine {
@@ -44,14 +46,22 @@ impl Machine {
             Err(e) if best_effort => (vec![(0..cpus.len()).collect(); workload.pools.len()], Some(e)),
             Err(e) => return Err(told(e)),
         };
+        let mut streams = cpus.len();
+        let lanes_of_pool = workload.pools.iter().zip(lanes_of_pool).map(|(pool, lanes)| {
+            if pool.kind != PoolKind::Cuda {
+                return lanes;
+            }
+            streams += pool.lanes as usize;
+            (streams - pool.lanes as usize..streams).collect()
+        });
         // All pools together must stay within the limit that a file has.
         let share = MAX_LANES / workload.pools.len().max(1);
-        let lanes_of_pool = lanes_of_pool.into_iter().map(|mut lanes: Vec<usize>| {
+        let lanes_of_pool = lanes_of_pool.map(|mut lanes: Vec<usize>| {
             lanes.truncate(share.max(1));
             lanes
         });
         let lanes_of_pool = lanes_of_pool.collect();
-        Ok(Self { cpus, lanes_of_pool, denied, model: model(), kernel: kernel() })
+        Ok(Self { cpus, lanes_of_pool, denied, model: model(), kernel: kernel(), device: None })
     }
 
     /// Whether lanes have SCHED_FIFO and locked memory.

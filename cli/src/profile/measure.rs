@@ -4,6 +4,7 @@ use super::figures::Sample;
 use super::lanes::{Lanes, Part, Place, Trouble};
 use super::machine::Machine;
 use crate::output;
+use crate::session::cuda::is_cuda;
 use crate::table::time;
 use red_core::NodeId;
 use red_workload::build::{Numbered, Role};
@@ -53,14 +54,11 @@ impl Bench<'_> {
                 nodes.push(self.alone(task, number, node)?);
             }
         }
-        let others = self.machine.cpus.len() - 1;
-        if others == 0 {
+        if self.machine.cpus.len() == 1 && nodes.iter().any(|node| !self.is_on_device(node)) {
             output::note("one CPU: contention cannot be measured and stays as it is in the file");
-        } else {
-            for index in 0..nodes.len() {
-                let contention_ns = self.against(&nodes, index, others)?;
-                nodes[index].contention_ns = Some(contention_ns);
-            }
+        }
+        for index in 0..nodes.len() {
+            nodes[index].contention_ns = self.against(&nodes, index)?;
         }
         let pools = 0..self.workload.pools.len();
         let rho_percent = pools.map(|pool| self.parallelism(&nodes, pool)).collect::<Result<_, _>>()?;
@@ -88,17 +86,35 @@ impl Bench<'_> {
         Ok(Node { task, name: node.name.clone(), part: part.clone(), alone, contention_ns: None, place })
     }
 
-    /// How much longer the node's longest run is while `others` other lanes run its heaviest co-runners.
-    fn against(&self, nodes: &[Node], index: usize, others: usize) -> Result<u64, Trouble> {
+    fn is_on_device(&self, node: &Node) -> bool {
+        is_cuda(self.workload, node.part.pool)
+    }
+
+    /// How much longer the node's longest run is while all other lanes of its kind run its heaviest co-runners; `None`: there
+    /// are none.
+    fn against(&self, nodes: &[Node], index: usize) -> Result<Option<u64>, Trouble> {
         let node = &nodes[index];
-        let lane = self.machine.lanes_of_pool[node.part.pool][0];
-        let rest = (0..self.machine.cpus.len()).filter(|other| *other != lane);
-        let weights: Vec<Weight> = nodes
+        let is_on_device = self.is_on_device(node);
+        let of_pool = &self.machine.lanes_of_pool[node.part.pool];
+        let lane = of_pool[0];
+        let all = if is_on_device { of_pool.clone() } else { (0..self.machine.cpus.len()).collect() };
+        let rest: Vec<usize> = all.into_iter().filter(|other| *other != lane).collect();
+        if rest.is_empty() {
+            return Ok(None);
+        }
+        // A stream runs the nodes of its pool.
+        let is_beside = |n: &Node| {
+            self.is_on_device(n) == is_on_device && (!is_on_device || n.part.pool == node.part.pool)
+        };
+        let weights: Vec<Option<Weight>> = nodes
             .iter()
-            .map(|n| Weight { memory_bytes: n.part.memory_bytes, cost_ns: n.alone.max_ns })
+            .map(|n| {
+                is_beside(n).then(|| Weight { memory_bytes: n.part.memory_bytes, cost_ns: n.alone.max_ns })
+            })
             .collect();
-        let mix = heaviest_mix(&weights, index, others);
-        let co_runners = rest.zip(&mix).map(|(lane, other)| Part { lane, pass: vec![nodes[*other].place] });
+        let mix = heaviest_mix(&weights, index, rest.len());
+        let co_runners =
+            rest.into_iter().zip(&mix).map(|(lane, other)| Part { lane, pass: vec![nodes[*other].place] });
         let parts = std::iter::once(Part { lane, pass: vec![node.place] }).chain(co_runners).collect();
         let times = self.lanes.drill(parts)?.swap_remove(0);
         let longest = Sample::of(times).max_ns;
@@ -111,7 +127,7 @@ impl Bench<'_> {
             by.join(", "),
             time(Some(contention_ns))
         ));
-        Ok(contention_ns)
+        Ok(Some(contention_ns))
     }
 
     /// Throughput of all lanes that run the pool's nodes, in hundredths of one lane's. A lane's throughput is one
@@ -139,7 +155,8 @@ impl Bench<'_> {
             medians(lanes)?.iter().map(|together| alone / together).sum()
         };
         let name = &self.workload.pools[pool].name;
-        output::note(&format!("pool {name}: rho {rho:.2}, CPUs used: {}", lanes.len()));
+        let kind = if is_cuda(self.workload, pool) { "streams" } else { "CPUs" };
+        output::note(&format!("pool {name}: rho {rho:.2}, {kind} used: {}", lanes.len()));
         Ok(Some((rho * 100.0).round() as u64))
     }
 }
@@ -151,10 +168,11 @@ struct Weight {
     cost_ns: u64,
 }
 
-/// The mix of largest sum: the heaviest nodes besides `subject`, from the start again where there are fewer than
+/// The mix of largest sum: the heaviest nodes besides `subject` of those that have a weight, from the start again where there are fewer than
 /// `count`; alone in its workload, the node itself, of another job.
-fn heaviest_mix(weights: &[Weight], subject: usize, count: usize) -> Vec<usize> {
-    let mut others: Vec<usize> = (0..weights.len()).filter(|other| *other != subject).collect();
+fn heaviest_mix(weights: &[Option<Weight>], subject: usize, count: usize) -> Vec<usize> {
+    let may = |other: &usize| *other != subject && weights[*other].is_some();
+    let mut others: Vec<usize> = (0..weights.len()).filter(may).collect();
     others.sort_by_key(|other| Reverse(weights[*other]));
     if others.is_empty() {
         others.push(subject);

@@ -10,7 +10,7 @@ use super::faults::{self, Fault, Said};
 use load::Step;
 use red_bodies::Call;
 use red_bodies::scene::Scene;
-use red_cuda::{Buffer, Kind, Stream};
+use red_cuda::{Buffer, Device, Kind, Stream};
 use red_rt::clock::now_ns;
 use red_rt::cuda::{self, Bodies, Cuda, CudaFigures, Handlers, NotSubmitted};
 use red_rt::handler::{Handler, Work};
@@ -84,6 +84,20 @@ impl CudaPools {
         let cuda = cuda.map_err(|why| SessionError::Cuda { pool: pool.clone(), why })?;
         let said = Arc::new(Mutex::new(faults::table()));
         Ok(Some(Self { cuda, pool, lanes, handlers: None, said }))
+    }
+
+    /// The device, and a stream as its lanes have them.
+    ///
+    /// # Errors
+    /// [`SessionError::Cuda`].
+    pub(crate) fn stream(&self) -> Result<(&Device, Stream), SessionError> {
+        let stream = self.cuda.stream().map_err(|error| self.refused(error))?;
+        Ok((self.cuda.device(), stream))
+    }
+
+    /// The device's name.
+    pub(crate) fn device_name(&self) -> &str {
+        self.cuda.device().name()
     }
 
     /// Lanes whose handlers have streams, a bit each.

@@ -23,7 +23,8 @@ pub(crate) enum Fault {
 }
 
 impl Fault {
-    fn told(&self) -> String {
+    /// In words.
+    pub(crate) fn told(&self) -> String {
         match self {
             Self::Body(error) => error.told(shown, shown_path),
             Self::Device(error) => error.to_string(),

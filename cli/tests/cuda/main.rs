@@ -108,6 +108,44 @@ fn a_run_of_streams_is_replayed_without_a_difference() {
     assert_eq!((status, out.contains("no difference")), (0, true), "{out}{told}");
 }
 
+#[test]
+fn a_profile_of_streams_has_what_events_say_and_writes_it_back() {
+    let scene = patient();
+    let copy = Path::new(&scene).with_extension("profiled.toml");
+    let _none_there = fs::remove_file(&copy);
+    let stand_in = StandIn::new(TAKES);
+    let mut profile =
+        command(&["profile", &scene, "--best-effort", "--json", "--runs", "20", "--budget", "200ms"]);
+    let (status, out, told) = ended(&stand_in.give(&mut profile).output().expect("the command starts"));
+    assert_eq!(status, 0, "{told}");
+    let report: Value = serde_json::from_str(&out).expect("one JSON object");
+    let least = [("perception.encoder", 3), ("perception.lane", 1), ("perception.segment", 2), ("detect", 2)];
+    for (name, takes_ms) in least {
+        let nodes = report["nodes"].as_array().expect("a list");
+        let node =
+            nodes.iter().find(|node| node["node"] == name).unwrap_or_else(|| panic!("{name}: {report}"));
+        let [min, wcet] = ["min_ns", "wcet_ns"].map(|key| count(node, key));
+        assert!(min >= takes_ms * 1_000_000 && wcet >= min, "{node}");
+        assert!(node["contention_ns"].is_u64(), "{node}");
+    }
+    // The stand-in's streams sleep beside each other.
+    let pools = report["pools"].as_array().expect("a list");
+    let [gpu, cpu] = &pools[..] else { panic!("{report}") };
+    assert!(gpu["rho"].as_f64().expect("measured") > 1.5 && count(gpu, "lanes") <= 4, "{gpu}");
+    assert!(cpu["rho"].is_number());
+    let text = fs::read_to_string(&copy).expect("the copy");
+    assert!(text.contains("# CUDA device: stand-in 0") && text.contains("Pool gpu: rho = "), "{text}");
+    // What was written runs.
+    let ran = summary(run(&stand_in, copy.to_str().expect("UTF-8"), &["--duration", "500ms"]));
+    assert!(count(&ran["tasks"][0], "on_time") > 0, "{ran}");
+    for (script, words) in [("fault lane 9 700", "CUDA_ERROR_ILLEGAL_ADDRESS"), ("devices 0", "nvidia-smi")] {
+        let mut profile = command(&["profile", &scene, "--best-effort", "--force", "--runs", "20"]);
+        let (status, _, told) = ended(&StandIn::new(script).give(&mut profile).output().expect("it starts"));
+        let expected = if words == "nvidia-smi" { 3 } else { 2 };
+        assert!(status == expected && told.contains(words), "{status}: {told}");
+    }
+}
+
 /// Graphs of a file, each the only job of its task; one after the other, so that streams are idle now and then.
 const GRAPHS: u64 = 16;
 

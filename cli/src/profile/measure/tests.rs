@@ -1,9 +1,18 @@
 use super::*;
 
-fn weights(of: &[(u64, u64)]) -> Vec<Weight> {
+fn weights(of: &[(u64, u64)]) -> Vec<Option<Weight>> {
     of.iter()
-        .map(|(memory_bytes, cost_ns)| Weight { memory_bytes: *memory_bytes, cost_ns: *cost_ns })
+        .map(|(memory_bytes, cost_ns)| Some(Weight { memory_bytes: *memory_bytes, cost_ns: *cost_ns }))
         .collect()
+}
+
+#[test]
+fn a_mix_has_only_what_runs_on_the_same_device() {
+    let mut weights = weights(&[(1, 9), (4, 1), (2, 5)]);
+    weights[1] = None;
+    assert_eq!(heaviest_mix(&weights, 0, 2), [2, 2]);
+    weights[2] = None;
+    assert_eq!(heaviest_mix(&weights, 0, 2), [0, 0]);
 }
 
 #[test]

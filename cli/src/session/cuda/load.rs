@@ -97,17 +97,18 @@ struct Loader<'a> {
 }
 
 impl CudaPools {
-    /// Loads the bodies of all nodes in CUDA pools, for each of their lanes, and runs the kernels once.
+    /// Loads the bodies of all nodes in CUDA pools, for each of their lanes, and runs the kernels once. The lanes that are
+    /// streams, with their bodies.
     ///
     /// # Errors
     /// [`BodiesError`], for the first node that cannot run.
     pub(crate) fn load(
-        &mut self,
+        &self,
         source: &Source,
         nodes: &[Vec<Numbered>],
         host: &Arc<PluginHost>,
         obstacle_ns: Option<(u64, u64)>,
-    ) -> Result<(), SessionError> {
+    ) -> Result<Vec<(usize, Box<dyn Bodies>)>, SessionError> {
         let workload = &source.workload;
         let results = Results::new(results(self, source, nodes).map_err(|error| self.refused(error))?);
         let lanes: usize = workload.pools.iter().map(|pool| pool.lanes as usize).sum();
@@ -151,12 +152,20 @@ impl CudaPools {
             };
             (lane, Box::new(bodies) as Box<dyn Bodies>)
         });
-        let handlers = self.cuda.handlers(bodies).map_err(|error| self.refused(error))?;
+        Ok(bodies.collect())
+    }
+
+    /// Has lanes run these bodies.
+    ///
+    /// # Errors
+    /// [`SessionError::Cuda`].
+    pub(crate) fn give(&mut self, bodies: Vec<(usize, Box<dyn Bodies>)>) -> Result<(), SessionError> {
+        let handlers = self.cuda.handlers(bodies.into_iter()).map_err(|error| self.refused(error))?;
         self.handlers = Some(handlers);
         Ok(())
     }
 
-    fn refused(&self, error: CudaError) -> SessionError {
+    pub(crate) fn refused(&self, error: CudaError) -> SessionError {
         SessionError::Cuda { pool: self.pool.clone(), why: error.into() }
     }
 }
