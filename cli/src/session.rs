@@ -249,7 +249,11 @@ pub(crate) fn execute(
         }),
     };
     let mut end_ns = 0;
-    let started = |running: Arc<dyn Control<Robot>>| drop(control.set(running));
+    let mut observer = None;
+    let started = |running: Arc<dyn Control<Robot>>| {
+        observer = cuda.as_ref().and_then(|cuda| cuda.observe(running.clone()));
+        drop(control.set(running));
+    };
     let finished = run(setup, notes, started, |now| {
         end_ns = now;
         progress(Progress::Running, now, &live);
@@ -262,7 +266,7 @@ pub(crate) fn execute(
     summary.cost_drift = notes.costs.drifted(&names, &plan.nodes);
     let mut said = bodies.said();
     if let Some(cuda) = &cuda {
-        summary.cuda = Some(cuda.summary(figures.ahead));
+        summary.cuda = Some(cuda.summary(figures.ahead, observer.as_ref()));
         said.extend(cuda.said());
     }
     let faults = notes.faults.words(&names, &plan.nodes, &said, &figures.panics, figures.hung);

@@ -13,6 +13,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
 pub(crate) mod memory;
+pub(crate) mod nvml;
 
 pub(crate) type Result<T> = core::result::Result<T, CudaError>;
 

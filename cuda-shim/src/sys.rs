@@ -1,4 +1,4 @@
-//! `red_cuda.h`, as Rust declares it.
+//! `red_cuda.h` and `red_nvml.h`, as Rust declares them.
 #![allow(unsafe_code, reason = "names of C")]
 
 use core::ffi::{c_char, c_int, c_void};
@@ -26,6 +26,9 @@ pub(crate) const NOT_READY: Status = 600;
 pub(crate) const NO_HANDLE: Status = -4;
 
 unsafe extern "C" {
+    pub(crate) fn red_nvml_open(bus_id: *const c_char, device: *mut *mut c_void) -> Status;
+    pub(crate) fn red_nvml_utilisation(device: *mut c_void, percent: *mut u32) -> Status;
+
     pub(crate) fn red_cuda_load(words: *mut c_char, size: usize) -> Status;
     pub(crate) fn red_cuda_init() -> Status;
     pub(crate) fn red_cuda_driver_version(version: *mut i32) -> Status;

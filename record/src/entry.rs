@@ -4,7 +4,7 @@ use crate::started::{Started, Starts};
 use core::fmt;
 use red_core::{
     Action, AddTaskError, Bytes, Capacity, Certificate, CommitError, CompleteError, Counters, Duration,
-    Instant, JobId, LaneId, Node, NodeId, Outcome, PoolError, PoolId, ReleaseError, Role, Scheduler,
+    Instant, JobId, LaneId, Node, NodeId, Outcome, PoolError, PoolId, Ppm, ReleaseError, Role, Scheduler,
     SensorError, SensorId, TaskId, UnitId,
 };
 
@@ -47,6 +47,8 @@ pub enum Call {
     DispatchAhead(PoolId),
     /// `lose_pool`.
     LosePool(PoolId),
+    /// `observe_use`.
+    ObserveUse(PoolId, Ppm),
     /// `add_sensor`, with its period.
     AddSensor(Duration),
     /// No call: a node of the graph of the next `AddTask` or `Commit`.
@@ -224,6 +226,7 @@ impl fmt::Display for Call {
                 memory.map_or(Ok(()), |bytes| write!(f, " and {} bytes", bytes.0))
             }
             Self::DispatchAhead(pool) => write!(f, "dispatch ahead in pool {}", pool.index()),
+            Self::ObserveUse(pool, used) => write!(f, "observe {} ppm of pool {}", used.0, pool.index()),
             Self::LosePool(pool) => write!(f, "lose pool {}", pool.index()),
             Self::AddSensor(period) => write!(f, "add sensor of period {} ns", period.as_nanos()),
             Self::Node { place, node } => node_in(f, *place, node),

@@ -164,6 +164,7 @@ impl SoFar {
             Call::Remove(task) => Answer::Done(scheduler.remove_task(task, now)),
             Call::AddPool { lanes, memory } => Answer::Pool(scheduler.add_pool(lanes, memory)),
             Call::DispatchAhead(pool) => Answer::Done(scheduler.dispatch_ahead(pool)),
+            Call::ObserveUse(pool, used) => Answer::Done(scheduler.observe_use(pool, used)),
             Call::LosePool(pool) => Answer::Done(scheduler.lose_pool(pool, now)),
             Call::AddSensor(period) => Answer::Sensor(scheduler.add_sensor(period)),
             Call::Node { .. } | Call::Edges { .. } => Answer::Nothing,

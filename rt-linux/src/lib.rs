@@ -20,6 +20,7 @@
 //! | [`stop`] | who may stop a run; Ctrl-C and SIGTERM as a bell |
 //! | [`control`] | what other threads may ask of a run: releases, errands, its end |
 //! | [`panics`] | panics of node bodies, kept instead of printed |
+//! | [`utilisation`] | how much a GPU is used, by whomever, for overload control |
 //! | [`usage`] | page faults and involuntary context switches |
 //! | [`preflight`] | the findings of `redrt doctor` |
 //!
@@ -70,5 +71,6 @@ mod sys;
 mod threads;
 pub mod timeline;
 pub mod usage;
+pub mod utilisation;
 pub mod waiting;
 pub mod watchdog;

@@ -5,7 +5,11 @@ use std::{env, fs};
 
 /// The prototypes are those that the shim calls by, so a stand-in with others does not compile.
 const PROTOTYPES: &str = "../../cuda-shim/src";
-const SOURCES: [&str; 3] = ["driver/calls.c", "driver/script.c", "driver/streams.c"];
+/// What each library is made of.
+const LIBRARIES: [(&str, &[&str]); 2] = [
+    ("libcuda.so.1", &["driver/calls.c", "driver/script.c", "driver/streams.c"]),
+    ("libnvidia-ml.so.1", &["driver/nvml.c", "driver/script.c"]),
+];
 
 fn main() {
     println!("cargo::rerun-if-changed=driver");
@@ -17,11 +21,13 @@ fn main() {
 
 fn build(folder: &Path, more: &[&str]) {
     fs::create_dir_all(folder).expect("a folder in the folder for what is built");
-    let compiler = cc::Build::new().get_compiler();
-    let mut command = compiler.to_command();
-    command.args(["-std=c11", "-Wall", "-Wextra", "-Werror", "-O1", "-g", "-shared", "-fPIC", "-pthread"]);
-    command.args(["-Wl,-soname,libcuda.so.1", "-I", PROTOTYPES]).args(more).args(SOURCES);
-    let status = command.arg("-o").arg(folder.join("libcuda.so.1")).status();
-    let status = status.expect("no C compiler; install it with: apt-get install gcc libc6-dev");
-    assert!(status.success(), "the stand-in does not compile: {status}");
+    for (library, sources) in LIBRARIES {
+        let mut command = cc::Build::new().get_compiler().to_command();
+        command
+            .args(["-std=c11", "-Wall", "-Wextra", "-Werror", "-O1", "-g", "-shared", "-fPIC", "-pthread"]);
+        command.arg(format!("-Wl,-soname,{library}")).args(["-I", PROTOTYPES]).args(more).args(sources);
+        let status = command.arg("-o").arg(folder.join(library)).status();
+        let status = status.expect("no C compiler; install it with: apt-get install gcc libc6-dev");
+        assert!(status.success(), "the stand-in does not compile: {status}");
+    }
 }

@@ -18,7 +18,7 @@ const LAYERS: &[&[&str]] = &[
 const CORE: &str = "core-nostd/src/";
 const SYNC: &str = "sync/src/";
 /// The whole core: a newcomer reads it in one sitting.
-const CORE_TOTAL: usize = 4_870;
+const CORE_TOTAL: usize = 4_880;
 const CORE_BUDGET: usize = 250;
 const BUDGET: usize = 400;
 
@@ -45,6 +45,7 @@ const UNSAFE: &[(&str, &str)] = &[
     ("cuda-shim/src/sys.rs", "names of C"),
     ("cuda-shim/src/result.rs", "calls of C, and the driver's handles"),
     ("cuda-shim/src/result/memory.rs", "calls of C, and memory that it gives"),
+    ("cuda-shim/src/result/nvml.rs", "calls of C"),
     ("ffi/src/boundary.rs", "follows pointers from C"),
     ("ffi/src/guard.rs", "one call at a time on what callers share"),
     ("ffi/src/handles.rs", "objects in C's memory"),

@@ -109,7 +109,7 @@ impl Bench<'_> {
         let weights: Vec<Option<Weight>> = nodes
             .iter()
             .map(|n| {
-                is_beside(n).then(|| Weight { memory_bytes: n.part.memory_bytes, cost_ns: n.alone.max_ns })
+                is_beside(n).then_some(Weight { memory_bytes: n.part.memory_bytes, cost_ns: n.alone.max_ns })
             })
             .collect();
         let mix = heaviest_mix(&weights, index, rest.len());

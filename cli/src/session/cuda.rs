@@ -5,18 +5,22 @@
 
 mod load;
 
-use super::SessionError;
 use super::faults::{self, Fault, Said};
+use super::{Robot, SessionError};
 use load::Step;
 use red_bodies::Call;
 use red_bodies::scene::Scene;
+use red_core::PoolId;
 use red_cuda::{Buffer, Device, Kind, Stream};
 use red_rt::clock::now_ns;
+use red_rt::control::Control;
 use red_rt::cuda::{self, Bodies, Cuda, CudaFigures, Handlers, NotSubmitted};
 use red_rt::handler::{Handler, Work};
+use red_rt::utilisation::{self, Observer, OwnAccounting, Utilisation as _};
 use red_workload::model::{PoolKind, Workload};
 use serde::Serialize;
 use std::fmt;
+use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// The device of a workload's CUDA pools, and what its lanes run.
@@ -24,6 +28,8 @@ pub(crate) struct CudaPools {
     cuda: Cuda,
     /// The first of them.
     pool: String,
+    /// All of them.
+    pools: Vec<PoolId>,
     /// Their lanes over all pools, a bit each.
     lanes: u32,
     handlers: Option<Handlers>,
@@ -51,12 +57,19 @@ pub(crate) struct CudaSummary {
     pub(crate) late_allocations: u64,
     /// How much less of its memory is free at the end than at the start, whoever took it.
     pub(crate) late_memory_bytes: u64,
+    /// Who says how much the device is used, besides the scheduler's own accounting, and the most that it said, in parts per
+    /// million.
+    pub(crate) utilisation_source: &'static str,
+    pub(crate) utilisation_max_ppm: Option<u32>,
     /// The error that ended the device's context.
     pub(crate) device_lost: Option<String>,
     /// Whether the device itself is gone, and not only the context.
     #[serde(skip)]
     pub(crate) is_gone: bool,
 }
+
+/// Lanes that are streams, with their bodies.
+pub(crate) type Streams = Vec<(usize, Box<dyn Bodies>)>;
 
 /// Whether a pool's lanes are streams.
 pub(crate) fn is_cuda(workload: &Workload, pool: usize) -> bool {
@@ -83,7 +96,8 @@ impl CudaPools {
         let cuda = cuda::open(0).and_then(|device| Ok(Cuda::new(device, lanes)?));
         let cuda = cuda.map_err(|why| SessionError::Cuda { pool: pool.clone(), why })?;
         let said = Arc::new(Mutex::new(faults::table()));
-        Ok(Some(Self { cuda, pool, lanes, handlers: None, said }))
+        let pools = pools().map(|pool| PoolId::new(pool as u8)).collect();
+        Ok(Some(Self { cuda, pool, pools, lanes, handlers: None, said }))
     }
 
     /// The device, and a stream as its lanes have them.
@@ -110,13 +124,22 @@ impl CudaPools {
         self.handlers.as_ref()?.take(lane)
     }
 
+    /// Has the scheduler told how much the device is used, also by others.
+    pub(crate) fn observe(&self, control: Arc<dyn Control<Robot>>) -> Option<Observer> {
+        Observer::start(
+            control,
+            self.pools.clone(),
+            utilisation::of_device(self.cuda.device(), Path::new("/")),
+        )
+    }
+
     /// What bodies said of their failures.
     pub(crate) fn said(&self) -> Vec<Said> {
         std::mem::take(&mut *self.said.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
     /// What the streams did.
-    pub(crate) fn summary(&self, ahead: u64) -> CudaSummary {
+    pub(crate) fn summary(&self, ahead: u64, used: Option<&Observer>) -> CudaSummary {
         let CudaFigures {
             event_waits_issued,
             event_waits_avoided,
@@ -132,6 +155,8 @@ impl CudaPools {
             device_memory_bytes,
             late_allocations,
             late_memory_bytes,
+            utilisation_source: used.map_or(OwnAccounting.source(), Observer::source),
+            utilisation_max_ppm: used.map(|used| used.highest().0),
             device_lost: lost.map(|error| error.to_string()),
             is_gone: lost.is_some_and(|error| error.kind() == Kind::Lost),
         }

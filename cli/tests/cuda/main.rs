@@ -6,7 +6,9 @@ mod process;
 
 use log::Edges;
 use process::{command, ended, file};
+use red_core::Ppm;
 use red_cuda_stand_in::StandIn;
+use red_record::{Call, Reader};
 use serde_json::Value;
 use std::fmt::Write;
 use std::fs;
@@ -89,6 +91,8 @@ fn the_summary_has_the_keys_of_a_run_on_the_cpu_and_those_of_the_device() {
         "device_memory_bytes",
         "late_allocations",
         "late_memory_bytes",
+        "utilisation_source",
+        "utilisation_max_ppm",
         "device_lost",
     ];
     let (mut all, mut expected) = (keys(&on_device), keys(&on_cpu));
@@ -97,6 +101,29 @@ fn the_summary_has_the_keys_of_a_run_on_the_cpu_and_those_of_the_device() {
     all.sort_unstable();
     expected.sort_unstable();
     assert_eq!(all, expected);
+}
+
+#[test]
+fn what_others_use_of_the_device_is_told_to_the_scheduler() {
+    let log = Path::new(env!("CARGO_TARGET_TMPDIR")).join("used.redlog").display().to_string();
+    let more = ["--duration", "400ms", "--record", &log];
+    let ran = summary(run(&StandIn::new(&format!("{TAKES}load 97\n")), &patient(), &more));
+    assert_eq!(
+        (&ran["utilisation_source"], count(&ran, "utilisation_max_ppm")),
+        (&"nvml".into(), 970_000),
+        "{ran}"
+    );
+    let (status, out, told) = process::run(&["replay", &log]);
+    assert_eq!((status, out.contains("no difference")), (0, true), "{out}{told}");
+    let bytes = fs::read(&log).expect("it was recorded");
+    let mut reader = Reader::new(&*bytes).expect("a log");
+    let mut told = 0;
+    while let Some(entry) = reader.next_entry().expect("it is whole") {
+        told += u32::from(matches!(entry.call, Call::ObserveUse(_, Ppm(970_000))));
+    }
+    assert!(told > 0, "the scheduler was told");
+    let ran = summary(run(&StandIn::new(TAKES), &patient(), &["--duration", "200ms"]));
+    assert_eq!((&ran["utilisation_source"], &ran["utilisation_max_ppm"]), (&"own".into(), &Value::Null));
 }
 
 #[test]

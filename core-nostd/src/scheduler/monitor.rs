@@ -209,7 +209,8 @@ impl<C: Capacity> Scheduler<C> {
         self.age_keys();
         let exceeded = self.pool_numbers().any(|pool| {
             let (p, queued) = (&self.pools[pool], self.queued_in(pool));
-            overload.exceeded(queued, Duration::from_nanos(p.tick_busy), tick, p.lanes.count_ones() as u8)
+            let (busy, lanes) = (Duration::from_nanos(p.tick_busy), p.lanes.count_ones() as u8);
+            p.observed > overload.utilisation || overload.exceeded(queued, busy, tick, lanes)
         });
         let late = self.config.shed != Shed::Hopeless || self.slots().any(|slot| self.jobs[slot].behind);
         let before = if follows { self.monitor.over } else { 0 };

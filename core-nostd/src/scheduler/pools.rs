@@ -4,7 +4,7 @@ use super::{Scheduler, action::ShedReason};
 use crate::capacity::{Capacity, Empty};
 use crate::id::{LaneId, PoolId, SensorId};
 use crate::ready_queue::ReadyQueue;
-use crate::time::{Bytes, Duration, Instant};
+use crate::time::{Bytes, Duration, Instant, Ppm};
 
 crate::capacity::stored! {
     /// A pool: lanes, a memory budget, and the jobs that have something ready for it.
@@ -19,6 +19,8 @@ crate::capacity::stored! {
         pub(super) limited: bool,
         pub(super) ahead: bool,
         pub(super) lost: bool,
+        /// What somebody else measured of its use, in parts per million.
+        pub(super) observed: Ppm,
         /// Modulo 2^64: lane time of its completed units; of that, up to the current tick's start, and in the tick before.
         pub(super) busy: u64,
         pub(super) mark: u64,
@@ -87,6 +89,17 @@ impl<C: Capacity> Scheduler<C> {
         }
         (self.lane_count, self.pool_count) = (end, self.pool_count + 1);
         Ok(PoolId::new(pool as u8))
+    }
+
+    /// Tells how much of what a pool's lanes share was used of late, by whomever: a GPU, which other processes use, too. Until
+    /// the next call overload is judged by that where it is more than the lanes' own busy time. `false`: no such pool. Time
+    /// bound: O(1).
+    pub fn observe_use(&mut self, pool: PoolId, used: Ppm) -> bool {
+        let there = pool.index() < usize::from(self.pool_count);
+        if there {
+            self.pools[pool.index()].observed = used;
+        }
+        there
     }
 
     /// The pool of a lane; `None`: there is no such lane. Time bound: O(1).

@@ -7,6 +7,7 @@ use super::bodies::{Bodies, Calls, is_in_body};
 use super::called;
 use super::lanes::Lanes;
 use super::notes::{Notes, Teller};
+use super::on_device::OnDevice;
 use super::open::OF_A_RUNTIME;
 use super::prepared::SetUp;
 use super::report::red_report;
@@ -257,9 +258,10 @@ impl Engine {
             }
         };
         let (tell, told) = channel();
+        let device = set_up.device.clone();
         let (setup, writer) = self.setup(*set_up, mode, handlers);
         let (notes, shared) = (self.notes.clone(), self.shared.clone());
-        let run = move || run_to_the_end(setup, writer, cuda, notes, &shared, &tell);
+        let run = move || run_to_the_end(setup, writer, cuda.zip(device), notes, &shared, &tell);
         let thread = thread::Builder::new().name("red-run".to_owned()).stack_size(STACK).spawn(run);
         let thread = thread.map_err(|error| SetupError::no_thread("pthread_create(run)", &error))?;
         match told.recv() {
@@ -345,19 +347,23 @@ impl Engine {
 fn run_to_the_end(
     setup: Setup<Large>,
     writer: Option<Writer>,
-    cuda: Option<Cuda>,
+    cuda: Option<(Cuda, OnDevice)>,
     notes: Arc<Notes>,
     shared: &Shared,
     tell: &Sender<Result<(), SetupError>>,
 ) {
     let origin = notes.clone();
+    let (cuda, device) = cuda.unzip();
+    let mut observer = None;
     let started = |control: Arc<dyn Control<Large>>| {
+        observer = device.and_then(|device| device.observe(control.clone()));
         origin.origin_ns.store(control.origin_ns(), core::sync::atomic::Ordering::Relaxed);
         shared.lanes.come(control);
         let _told = tell.send(Ok(()));
     };
     let ran: Result<RunReport, SetupError> =
         run(setup, Teller(notes), started, |_now_ns| ()).map(|(_host, report)| report);
+    drop(observer);
     let log_dropped = writer.map_or(0, |writer| {
         let (totals, why) = writer.finish();
         if let Some(why) = why {

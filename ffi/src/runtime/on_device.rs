@@ -1,7 +1,12 @@
 //! Lanes that are streams of a CUDA device.
 
 use super::bodies::{Bodies, Calls};
+use red_core::PoolId;
+use red_record::class::Large;
+use red_rt::control::Control;
 use red_rt::cuda::{self, Cuda, CudaUnavailable, Device, Handlers, LANES};
+use red_rt::utilisation::{self, Observer};
+use std::path::Path;
 use std::sync::Arc;
 
 /// The CUDA device of a runtime.
@@ -11,12 +16,13 @@ pub(crate) struct OnDevice {
     device: Device,
     /// Lanes that are streams of it, a bit each.
     pub(crate) lanes: u32,
+    pub(crate) pools: Vec<PoolId>,
 }
 
 impl OnDevice {
     /// Loads the driver, and opens a device by its number.
     pub(super) fn open(ordinal: i32) -> Result<Self, CudaUnavailable> {
-        Ok(Self { ordinal, device: cuda::open(ordinal)?, lanes: 0 })
+        Ok(Self { ordinal, device: cuda::open(ordinal)?, lanes: 0, pools: Vec::new() })
     }
 
     /// The streams, and what gives them their work: before lanes have threads.
@@ -26,5 +32,10 @@ impl OnDevice {
         let of_lane = |lane| (lane, Box::new(Calls::new(bodies.clone())) as Box<dyn cuda::Bodies>);
         let handlers = cuda.handlers((0..LANES).filter(is_stream).map(of_lane))?;
         Ok((cuda, handlers))
+    }
+
+    /// Has the scheduler told how much the device is used, also by others.
+    pub(super) fn observe(self, control: Arc<dyn Control<Large>>) -> Option<Observer> {
+        Observer::start(control, self.pools, utilisation::of_device(&self.device, Path::new("/")))
     }
 }

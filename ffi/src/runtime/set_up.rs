@@ -85,6 +85,7 @@ pub extern "C" fn red_runtime_add_cuda_pool(
             });
             Ok(status(added, |id: PoolId| {
                 on.lanes |= (first..first + usize::from(lanes)).fold(0, |set, lane| set | 1 << lane);
+                on.pools.push(id);
                 set_up.device = Some(on);
                 out.put(id.index() as u32);
             }))

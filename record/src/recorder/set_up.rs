@@ -3,7 +3,7 @@
 use super::Recorder;
 use crate::entry::{Answer, Call};
 use red_core::{
-    AddTaskError, Bytes, Capacity, Certificate, CommitError, Dag, Duration, Instant, PoolError, PoolId,
+    AddTaskError, Bytes, Capacity, Certificate, CommitError, Dag, Duration, Instant, PoolError, PoolId, Ppm,
     SensorError, SensorId, TaskId, Timing,
 };
 
@@ -23,6 +23,13 @@ impl<C: Capacity> Recorder<'_, C> {
     pub fn dispatch_ahead(&mut self, pool: PoolId) -> bool {
         let answer = self.scheduler.dispatch_ahead(pool);
         self.tell(None, Call::DispatchAhead(pool), Answer::Done(answer));
+        answer
+    }
+
+    /// [`Scheduler::observe_use`](red_core::Scheduler::observe_use).
+    pub fn observe_use(&mut self, pool: PoolId, used: Ppm) -> bool {
+        let answer = self.scheduler.observe_use(pool, used);
+        self.tell(None, Call::ObserveUse(pool, used), Answer::Done(answer));
         answer
     }
 

@@ -68,6 +68,7 @@ pub(super) mod kind {
     pub(in crate::words) const COMMIT: u64 = 5;
     pub(in crate::words) const AHEAD: u64 = 6;
     pub(in crate::words) const LOST: u64 = 7;
+    pub(in crate::words) const USE: u64 = 8;
 }
 
 /// Codes of what a poll answers.

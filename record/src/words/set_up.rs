@@ -7,8 +7,8 @@ use super::figures::bits;
 use crate::entry::{Answer, Call};
 use crate::tape::Chunk;
 use red_core::{
-    Bound, Bytes, Certificate, Contention, Duration, Frame, Node, NodeId, PoolId, Role, SensorId, TaskId,
-    Wcet,
+    Bound, Bytes, Certificate, Contention, Duration, Frame, Node, NodeId, PoolId, Ppm, Role, SensorId,
+    TaskId, Wcet,
 };
 
 /// Words of a call at most.
@@ -32,6 +32,7 @@ impl Told {
                 (kind::POOL, [lanes.into(), is_limited, bytes, 0, 0])
             }
             Call::DispatchAhead(pool) => (kind::AHEAD, [pool.index() as u64, 0, 0, 0, 0]),
+            Call::ObserveUse(pool, used) => (kind::USE, [pool.index() as u64, used.0.into(), 0, 0, 0]),
             Call::LosePool(pool) => (kind::LOST, [pool.index() as u64, 0, 0, 0, 0]),
             Call::AddSensor(period) => (kind::SENSOR, [period.as_nanos(), 0, 0, 0, 0]),
             Call::Node { place, node } => (kind::NODE, node_words(place, &node)),
@@ -62,6 +63,7 @@ impl Told {
         let call = match self.kind {
             kind::POOL => Call::AddPool { lanes: first as u8, memory: optional(second, third).map(Bytes) },
             kind::AHEAD => Call::DispatchAhead(PoolId::new(first as u8)),
+            kind::USE => Call::ObserveUse(PoolId::new(first as u8), Ppm(second as u32)),
             kind::LOST => Call::LosePool(PoolId::new(first as u8)),
             kind::SENSOR => Call::AddSensor(Duration::from_nanos(first)),
             kind::NODE => node(&self.words),
@@ -92,7 +94,7 @@ impl Told {
 const fn length(kind: u64) -> usize {
     match kind {
         kind::SENSOR | kind::COMMIT | kind::AHEAD | kind::LOST => 1,
-        kind::EDGES => 2,
+        kind::EDGES | kind::USE => 2,
         kind::POOL => 3,
         kind::TASK => 4,
         _ => MOST,
@@ -125,7 +127,7 @@ pub(super) fn take<E>(
 ) -> Result<Option<(Call, Answer)>, E> {
     let (code, kind) = (head >> 4 & 15, head >> 14 & 63);
     let mut told = Told { kind, words: [0; MOST] };
-    if kind > kind::LOST || told.head(code).word(0) != head {
+    if kind > kind::USE || told.head(code).word(0) != head {
         return Ok(None);
     }
     for word in told.words.iter_mut().take(length(kind)) {
@@ -152,7 +154,7 @@ pub(super) fn take<E>(
             }
             proof(words).map(|proof| Answer::Committed(Ok(proof)))
         }
-        kind::AHEAD | kind::LOST => (code < 2).then_some(Answer::Done(code == 1)),
+        kind::AHEAD | kind::LOST | kind::USE => (code < 2).then_some(Answer::Done(code == 1)),
         kind::COMMIT => result(code, &COMMIT).and_then(Result::err).map(|e| Answer::Committed(Err(e))),
         _ => is_ok.then_some(Answer::Nothing),
     };

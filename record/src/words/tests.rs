@@ -4,7 +4,7 @@ use crate::entry::End;
 use crate::started::{Members, Started};
 use red_core::{
     Bound, Bytes, Certificate, CompleteError, Contention, Counters, Duration, Frame, Node, NodeId, Outcome,
-    PoolId, SensorId, ShedReason, Wcet,
+    PoolId, Ppm, SensorId, ShedReason, Wcet,
 };
 
 fn unit(sequence: u64, node: u64, lane: u64) -> UnitId {
@@ -64,6 +64,7 @@ fn set_up() -> Vec<Entry> {
         at(Call::DispatchAhead(PoolId::new(0)), Answer::Done(true)),
         at(Call::LosePool(PoolId::new(3)), Answer::Done(true)),
         at(Call::LosePool(PoolId::new(255)), Answer::Done(false)),
+        at(Call::ObserveUse(PoolId::new(255), Ppm(u32::MAX)), Answer::Done(true)),
         at(sensor, Answer::Sensor(Ok(SensorId::new(7)))),
         node(0, Node::new(Wcet::ZERO)),
         node(
@@ -240,7 +241,7 @@ fn words_that_nobody_wrote_are_no_entry() {
         2 | 9 << 4 | 3 << 8,
         7 | 63 << 8,
         // A set-up call of no kind, on a lane, and a node with an answer.
-        12 | 63 << 8 | 8 << 14,
+        12 | 63 << 8 | 9 << 14,
         12 | 2 << 4 | 63 << 8 | 6 << 14,
         12 | 3 << 8 | 2 << 14,
         12 | 1 << 4 | 63 << 8 | 2 << 14,

@@ -4,8 +4,8 @@ use crate::ends::{blocks, totals_at};
 use crate::{Scratch, recorded};
 use red_core::{
     Action, AddTaskError, Admission, Bytes, Capacity, CommitError, Config, Contention, Dag, Duration, Empty,
-    Frame, Instant, LaneId, Node, NodeId, PoolError, PoolId, Scheduler, SensorError, SensorId, ShedReason,
-    TaskId, Timing, UnitId, Wcet,
+    Frame, Instant, LaneId, Node, NodeId, PoolError, PoolId, Ppm, Scheduler, SensorError, SensorId,
+    ShedReason, TaskId, Timing, UnitId, Wcet,
 };
 use red_record::class::{self, ForClass, Large, Medium, Small, with_class};
 use red_record::{
@@ -137,6 +137,7 @@ fn set_up<C: Capacity>(host: &mut Recorder<'_, C>) -> [TaskId; 2] {
     assert_eq!(host.add_pool(255, None), Err(PoolError::Full));
     assert!(!host.dispatch_ahead(PoolId::new(1)), "they preempt");
     assert!(!host.lose_pool(PoolId::new(9), at(0)));
+    assert!(host.observe_use(PoolId::new(1), Ppm(7)) && !host.observe_use(PoolId::new(9), Ppm(7)));
     let sensor = host.add_sensor(Duration::from_millis(10)).expect("room");
     assert_eq!(host.add_sensor(Duration::from_millis(10)), Ok(sensor));
     assert_eq!(host.add_sensor(Duration::ZERO), Err(SensorError::ZeroPeriod));
@@ -271,7 +272,7 @@ fn a_run_that_was_set_up_by_calls_is_replayed_without_a_difference_in_every_clas
         assert_eq!(found.inputs, entries.len() as u64);
         let calls: HashSet<_> = entries.iter().map(|entry| discriminant(&entry.call)).collect();
         // All but those that take an outcome without a poll, and changes with a number.
-        assert_eq!(calls.len(), 16, "{capacities:?}");
+        assert_eq!(calls.len(), 17, "{capacities:?}");
     }
 }
 
@@ -406,7 +407,7 @@ fn what_was_set_up_is_as_recorded_to_the_bit_or_refused() {
     let said = |entries: Vec<Entry>| -> Vec<_> { entries.into_iter().map(|e| (e.call, e.answer)).collect() };
     let recorded = said(entries(&log).unwrap());
     let kinds: HashSet<_> = recorded.iter().map(|(call, _)| discriminant(call)).collect();
-    assert_eq!(kinds.len(), 10, "eight that set up, one that removes, and the end");
+    assert_eq!(kinds.len(), 11, "nine that set up, one that removes, and the end");
     let (mut refused, mut differ, mut same) = (0, 0, 0);
     for (block, _) in blocks(&log, totals_at(&log) + 24) {
         let length = u32::from_le_bytes(log[block + 4..block + 8].try_into().unwrap()) as usize;

@@ -6,6 +6,7 @@
  *   version 12020            what cuDriverGetVersion answers
  *   devices 0                how many there are
  *   memory 1000000           bytes of the device
+ *   load 87                  percent of the device's use, for its management library; without it that knows no device
  *   takes NAME 500           kernel NAME takes so many microseconds; `*` is every other one
  *   slows NAME 3 900         from its third run on it takes so many
  *   fault NAME 3 700         the third run of kernel NAME ends the context with this error

@@ -13,7 +13,7 @@ mod values;
 use red_core::{
     Action, Bytes, Capacity, Caps, Certificate, CommitError, CompleteError, Config, Counters, Dag,
     DeadlineRule, Duration, EdgeError, Estimator, Event, Instant, JobId, LaneId, LevelShare, Levels, Member,
-    Node, NodeError, NodeId, NodeSet, Outcome, PoolError, PoolId, RefineError, Refined, ReleaseError,
+    Node, NodeError, NodeId, NodeSet, Outcome, PoolError, PoolId, Ppm, RefineError, Refined, ReleaseError,
     Scheduler, SensorError, SensorId, SubDeadlines, TaskId, Timing, Unit, UnitId,
 };
 
@@ -44,6 +44,7 @@ macro_rules! calls {
                 }
                 fn Scheduler_dispatch_ahead(s: &mut S, pool: PoolId) -> bool { s.dispatch_ahead(pool) }
                 fn Scheduler_lose_pool(s: &mut S, pool: PoolId, now: Instant) -> bool { s.lose_pool(pool, now) }
+                fn Scheduler_observe_use(s: &mut S, pool: PoolId, used: Ppm) -> bool { s.observe_use(pool, used) }
                 fn Scheduler_pool_of(s: &S, lane: LaneId) -> Option<PoolId> { s.pool_of(lane) }
                 fn Scheduler_waits_for(s: &S, unit: UnitId) -> Option<UnitId> { s.waits_for(unit).last() }
                 fn Scheduler_add_sensor(s: &mut S, period: Duration) -> Result<SensorId, SensorError> {

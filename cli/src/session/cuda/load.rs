@@ -1,6 +1,6 @@
 //! Loading: modules once, and for each lane the memory of each node, which everything runs in once.
 
-use super::{CudaPools, LaneBodies, Results, is_cuda, lanes_of};
+use super::{CudaPools, LaneBodies, Results, Streams, is_cuda, lanes_of};
 use crate::session::SessionError;
 use crate::session::bodies::{BodiesError, FRAME, Why};
 use crate::session::faults::Fault;
@@ -108,7 +108,7 @@ impl CudaPools {
         nodes: &[Vec<Numbered>],
         host: &Arc<PluginHost>,
         obstacle_ns: Option<(u64, u64)>,
-    ) -> Result<Vec<(usize, Box<dyn Bodies>)>, SessionError> {
+    ) -> Result<Streams, SessionError> {
         let workload = &source.workload;
         let results = Results::new(results(self, source, nodes).map_err(|error| self.refused(error))?);
         let lanes: usize = workload.pools.iter().map(|pool| pool.lanes as usize).sum();
@@ -159,7 +159,7 @@ impl CudaPools {
     ///
     /// # Errors
     /// [`SessionError::Cuda`].
-    pub(crate) fn give(&mut self, bodies: Vec<(usize, Box<dyn Bodies>)>) -> Result<(), SessionError> {
+    pub(crate) fn give(&mut self, bodies: Streams) -> Result<(), SessionError> {
         let handlers = self.cuda.handlers(bodies.into_iter()).map_err(|error| self.refused(error))?;
         self.handlers = Some(handlers);
         Ok(())
