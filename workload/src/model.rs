@@ -25,6 +25,8 @@ pub enum Body {
         path: String,
         /// Symbol of the step function.
         symbol: String,
+        /// Whether what it submits is captured once, and launched as a graph from then on.
+        graph: bool,
     },
     /// Launches a CUDA kernel.
     Cuda {
@@ -38,6 +40,8 @@ pub enum Body {
         block: [u32; 3],
         /// What its parameters are given, in their order.
         args: Vec<Argument>,
+        /// Whether it is captured once with its copies, and launched as a graph from then on.
+        graph: bool,
     },
 }
 

@@ -4,10 +4,10 @@
 //! whole device wait.
 
 mod load;
+mod step;
 
 use super::faults::{self, Fault, Said};
 use super::{Robot, SessionError};
-use load::Step;
 use red_bodies::Call;
 use red_bodies::scene::Scene;
 use red_core::PoolId;
@@ -22,6 +22,7 @@ use serde::Serialize;
 use std::fmt;
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
+use step::Step;
 
 /// The device of a workload's CUDA pools, and what its lanes run.
 pub(crate) struct CudaPools {
@@ -196,8 +197,8 @@ impl Bodies for LaneBodies {
             task: task as u32,
             lane: u32::try_from(self.lane).unwrap_or(u32::MAX),
         };
-        let result = work.output.and_then(|number| self.results.get(usize::from(number)));
-        let result = result.map(Buffer::address);
+        let result = work.output.map(usize::from);
+        let result = result.and_then(|number| Some((number, self.results.get(number)?.address())));
         let Self { steps, said, scene, image, seen, obstacle_ns, .. } = self;
         let steps = steps.get_mut(task).and_then(|nodes| nodes.get_mut(node)).ok_or(NotSubmitted::Body)?;
         for step in steps {

@@ -67,6 +67,44 @@ fn the_obstacle_scene_runs_on_two_streams_and_waits_only_where_it_must() {
 }
 
 #[test]
+fn captured_graphs_keep_the_same_order_in_one_launch_each() {
+    let edges = Edges::from([("encode", "lane"), ("encode", "segment"), ("segment", "detect")]);
+    let text = fs::read_to_string(patient()).expect("it was written");
+    let captured = ["encoder", "decoders"].iter().fold(text, |text, part| {
+        let body = format!("[task.node.mimonet.{part}.body");
+        text.replace(&format!("{body}.cuda]"), &format!("{body}]\ngraph = true\n{body}.cuda]"))
+    });
+    let path = file("captured.toml", captured.as_bytes());
+    for policy in ["redrt", "edf"] {
+        let stand_in = StandIn::new(TAKES);
+        let more = ["--duration", "900ms", "--policy", policy];
+        let ran = summary(run(&stand_in, path.to_str().expect("UTF-8"), &more));
+        assert_eq!(count(&ran["tasks"][0], "on_time"), 18, "{ran}");
+        let log = stand_in.log();
+        let begin = log.iter().position(|line| line.starts_with("call cuEventRecord")).expect("a mark");
+        let warm =
+            log[..begin].iter().rposition(|line| line.starts_with("call cuCtxSynchronize")).expect("one");
+        let runs = log::precedence(&log[warm..], &edges);
+        assert_eq!((runs["encode"], runs["lane"], runs["segment"]), (18, 18, 18), "{policy}");
+        let calls = |name: &str| log[warm..].iter().filter(|line| line.contains(name)).count();
+        assert_eq!(calls("cuGraphLaunch"), 3 * 18);
+        assert_eq!(calls("cuGraphInstantiate"), 0, "before the start");
+        // The obstacle's detector is none.
+        assert_eq!(calls("cuLaunchKernel"), runs.get("detect").copied().unwrap_or_default());
+    }
+    let spin = captured.replace("body = { spin = \"500us\" }", "body = { spin = \"500us\", graph = true }");
+    let on_cpu = captured
+        .replace("body = { spin = \"500us\" }", "body = { plugin = \"p.so\", symbol = \"s\", graph = true }");
+    for (text, words) in
+        [(spin, "a `graph` only beside `plugin` or `cuda`"), (on_cpu, "in a pool of the CPU")]
+    {
+        let path = file("captured-wrong.toml", text.as_bytes());
+        let (status, _, told) = run(&StandIn::new(""), path.to_str().expect("UTF-8"), &[]);
+        assert!(status == 2 && told.contains(words), "{status}: {told}");
+    }
+}
+
+#[test]
 fn under_edf_a_stage_is_one_unit_and_nothing_waits() {
     let edges = Edges::from([("encode", "lane"), ("encode", "segment"), ("lane", "segment")]);
     let stand_in = StandIn::new(TAKES);

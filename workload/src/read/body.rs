@@ -14,20 +14,24 @@ pub(super) fn read(field: Option<Field<'_>>) -> Result<Body, Fault> {
     let Some(field) = field else {
         return Ok(Body::None);
     };
-    let fields = Fields::open(field.tree, "a body", &["spin", "onnx", "plugin", "symbol", "cuda"])?;
+    let fields = Fields::open(field.tree, "a body", &["spin", "onnx", "plugin", "symbol", "cuda", "graph"])?;
     let kind = fields.exactly_one(&["spin", "onnx", "plugin", "cuda"])?;
     if kind.key != "plugin" {
         fields.refuse("symbol", "a `symbol` only beside `plugin`")?;
     }
+    if !matches!(kind.key, "plugin" | "cuda") {
+        fields.refuse("graph", "a `graph` only beside `plugin` or `cuda`")?;
+    }
+    let graph = fields.get("graph").map(|field| field.boolean()).transpose()?.unwrap_or_default();
     match kind.key {
         "spin" => Ok(Body::Spin { duration_ns: kind.time()? }),
         "onnx" => Ok(Body::Onnx { path: path(kind)? }),
-        "plugin" => Ok(Body::Plugin { path: path(kind)?, symbol: symbol(fields.need("symbol")?)? }),
-        _ => cuda(kind),
+        "plugin" => Ok(Body::Plugin { path: path(kind)?, symbol: symbol(fields.need("symbol")?)?, graph }),
+        _ => cuda(kind, graph),
     }
 }
 
-fn cuda(field: Field<'_>) -> Result<Body, Fault> {
+fn cuda(field: Field<'_>, graph: bool) -> Result<Body, Fault> {
     let fields = Fields::open(field.tree, "a CUDA body", &["module", "kernel", "grid", "block", "args"])?;
     Ok(Body::Cuda {
         module: path(fields.need("module")?)?,
@@ -35,6 +39,7 @@ fn cuda(field: Field<'_>) -> Result<Body, Fault> {
         grid: dimensions(fields.need("grid")?)?,
         block: dimensions(fields.need("block")?)?,
         args: fields.get("args").map(arguments).transpose()?.unwrap_or_default(),
+        graph,
     })
 }
 

@@ -37,7 +37,8 @@ fn example() -> Workload {
         }),
         ..plain("perception", &["camera"], part(0, Body::None))
     };
-    let plugin = Body::Plugin { path: "libcontrol.so".to_owned(), symbol: "control_step".to_owned() };
+    let plugin =
+        Body::Plugin { path: "libcontrol.so".to_owned(), symbol: "control_step".to_owned(), graph: false };
     let control = Part { atomic: true, contention_ns: MS, memory_bytes: 8 << 20, ..part(3 * MS, plugin) };
     let detect = plain("detect", &["camera"], part(9 * MS, onnx("detect")));
     let event = |at_ns, add, remove| Event { at_ns, task: 0, add, remove };

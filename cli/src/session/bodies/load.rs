@@ -47,7 +47,7 @@ impl Loader<'_> {
             Body::Cuda { .. } => Err(Why::OfDevice),
             Body::Spin { duration_ns } => Ok(Loaded::Spin(*duration_ns)),
             Body::Onnx { path } => self.network(path).map(Loaded::Network).map_err(Why::Load),
-            Body::Plugin { path, symbol } => within(self.source.folder(), path.as_ref())
+            Body::Plugin { path, symbol, .. } => within(self.source.folder(), path.as_ref())
                 .and_then(|path| Plugin::load(&path, symbol, self.host))
                 .map(Loaded::Plugin)
                 .map_err(Why::Load),

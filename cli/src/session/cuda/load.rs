@@ -1,13 +1,14 @@
 //! Loading: modules once, and for each lane the memory of each node, which everything runs in once.
 
+use super::step::{KernelStep, Step};
 use super::{CudaPools, LaneBodies, Results, Streams, is_cuda, lanes_of};
 use crate::session::SessionError;
 use crate::session::bodies::{BodiesError, FRAME, Why};
 use crate::session::faults::Fault;
-use red_bodies::plugin::{Host as PluginHost, Plugin, PluginBody};
+use red_bodies::plugin::{Host as PluginHost, Plugin};
 use red_bodies::scene::Scene;
-use red_bodies::{Call, SPIN_PTX, contents, within};
-use red_cuda::{Arguments, Buffer, CudaError, Device, Kernel, Module, Pinned, Stream};
+use red_bodies::{SPIN_PTX, contents, within};
+use red_cuda::{Arguments, Buffer, CudaError, Device, Kernel, Module};
 use red_rt::cuda::Bodies;
 use red_workload::Source;
 use red_workload::build::{Numbered, Role};
@@ -24,64 +25,18 @@ const MOST_RESULTS: u64 = 256;
 
 /// A body, before it is a lane's.
 enum Loaded {
-    Kernel { module: Module, kernel: CString, grid: [u32; 3], block: [u32; 3], args: Vec<Argument> },
-    Plugin(Plugin),
-}
-
-/// A body as one lane submits it.
-pub(super) enum Step {
-    Kernel(Box<KernelStep>),
-    Plugin(PluginBody),
-}
-
-pub(super) struct KernelStep {
-    kernel: Kernel,
-    arguments: Arguments,
-    inputs: Vec<(Pinned, Buffer)>,
-    outputs: Vec<(Buffer, Pinned)>,
-    /// Kept for the kernel.
-    _scratch: Vec<Buffer>,
-    /// Which arguments are the address of a result.
-    results: Vec<usize>,
-    /// Of a whole stage: the result that its parts hand on.
-    own_result: Option<Arc<Buffer>>,
-}
-
-impl Step {
-    /// Whether it reads the camera's image.
-    pub(super) fn wants_image(&self) -> bool {
-        matches!(self, Self::Kernel(step) if !step.inputs.is_empty())
-    }
-
-    /// Submits it. `result` is the address of the encoder's result that it writes or reads.
-    pub(super) fn submit(
-        &mut self,
-        call: &Call,
-        result: Option<u64>,
-        image: &[f32],
-        stream: &Stream,
-    ) -> Result<(), Fault> {
-        match self {
-            Self::Plugin(plugin) => Ok(plugin.submit(call, stream.as_ptr())?),
-            Self::Kernel(step) => {
-                for (here, there) in &mut step.inputs {
-                    for (bytes, value) in here.bytes_mut().chunks_exact_mut(4).zip(image) {
-                        bytes.copy_from_slice(&value.to_le_bytes());
-                    }
-                    stream.upload(here, there)?;
-                }
-                let own = step.own_result.as_deref().map(Buffer::address);
-                for at in &step.results {
-                    step.arguments.set(*at, own.or(result).unwrap_or(0));
-                }
-                stream.launch(&step.kernel, &mut step.arguments)?;
-                for (there, here) in &mut step.outputs {
-                    stream.download(there, here)?;
-                }
-                Ok(())
-            }
-        }
-    }
+    Kernel {
+        module: Module,
+        kernel: CString,
+        grid: [u32; 3],
+        block: [u32; 3],
+        args: Vec<Argument>,
+        graph: bool,
+    },
+    Plugin {
+        plugin: Plugin,
+        graph: bool,
+    },
 }
 
 /// What is loaded so far, and where.
@@ -222,17 +177,18 @@ impl Loader<'_> {
             Body::None => Err(Why::NoBody),
             Body::Onnx { .. } => Err(Why::OfHost),
             Body::Spin { duration_ns } => self.spin(*duration_ns),
-            Body::Plugin { path, symbol } => within(self.source.folder(), path.as_ref())
+            Body::Plugin { path, symbol, graph } => within(self.source.folder(), path.as_ref())
                 .and_then(|path| Plugin::load(&path, symbol, self.host))
-                .map(Loaded::Plugin)
+                .map(|plugin| Loaded::Plugin { plugin, graph: *graph })
                 .map_err(Why::Load),
-            Body::Cuda { module, kernel, grid, block, args } => {
+            Body::Cuda { module, kernel, grid, block, args, graph } => {
                 self.module(module).map(|module| Loaded::Kernel {
                     module,
                     kernel: CString::new(kernel.as_str()).unwrap_or_default(),
                     grid: *grid,
                     block: *block,
                     args: args.clone(),
+                    graph: *graph,
                 })
             }
         };
@@ -251,7 +207,8 @@ impl Loader<'_> {
         };
         self.spin = Some(module.clone());
         let args = vec![Argument::Integer(duration_ns.cast_signed())];
-        Ok(Loaded::Kernel { module, kernel: c"red_spin".to_owned(), grid: [1; 3], block: [1; 3], args })
+        let kernel = c"red_spin".to_owned();
+        Ok(Loaded::Kernel { module, kernel, grid: [1; 3], block: [1; 3], args, graph: false })
     }
 
     fn module(&mut self, path: &str) -> Result<Module, Why> {
@@ -273,10 +230,7 @@ impl Loader<'_> {
         part: &Part,
         name: &str,
     ) -> Result<Option<Arc<Buffer>>, BodiesError> {
-        let of_encoder = before.first().and_then(|step| match step {
-            Step::Kernel(step) => step.own_result.clone(),
-            Step::Plugin(_) => None,
-        });
+        let of_encoder = before.first().and_then(Step::own_result);
         let Some(bytes) = result_bytes(part).filter(|_| of_encoder.is_none()) else { return Ok(of_encoder) };
         let made = buffer(self.pools.cuda.device(), bytes);
         made.map(|made| Some(Arc::new(made))).map_err(|error| self.refused(name, self.why(&error)))
@@ -291,20 +245,36 @@ impl Loader<'_> {
         name: &str,
     ) -> Result<Step, BodiesError> {
         let refused = |why| self.refused(name, why);
-        match loaded {
-            Loaded::Plugin(plugin) => {
+        let (step, graph) = match loaded {
+            Loaded::Plugin { plugin, graph } => {
                 let made = plugin.instance(u32::try_from(lane).unwrap_or(u32::MAX));
-                made.map(Step::Plugin).map_err(|error| refused(Why::Load(error)))
+                (made.map(Step::Plugin).map_err(|error| refused(Why::Load(error)))?, *graph)
             }
-            Loaded::Kernel { module, kernel, grid, block, args } => {
+            Loaded::Kernel { module, kernel, grid, block, args, graph } => {
                 let found = module.kernel(kernel, *grid, *block);
                 let kernel =
                     found.map_err(|_| refused(Why::Kernel(kernel.to_string_lossy().into_owned())))?;
                 let step = self.kernel(kernel, args, own_result);
                 let step = step.and_then(|step| self.warm_up(step));
-                step.map(Step::Kernel).map_err(|error| refused(self.why(&error)))
+                (step.map(Step::Kernel).map_err(|error| refused(self.why(&error)))?, *graph)
             }
+        };
+        if graph { self.graphs(step).map_err(refused) } else { Ok(step) }
+    }
+
+    /// As graphs, which ran once.
+    fn graphs(&self, step: Step) -> Result<Step, Why> {
+        let device = |error: CudaError| self.why(&error);
+        let stream = self.pools.cuda.stream().map_err(device)?;
+        let step = step.captured(&self.results, &stream).map_err(|fault| match fault {
+            Fault::Device(error) => device(error),
+            Fault::Body(error) => Why::Load(error),
+        })?;
+        if let Step::Graphs(_, graphs) = &step {
+            graphs.iter().try_for_each(|graph| stream.launch_graph(graph)).map_err(device)?;
         }
+        self.pools.cuda.device().synchronize().map_err(device)?;
+        Ok(step)
     }
 
     fn kernel(
@@ -319,8 +289,9 @@ impl Loader<'_> {
             kernel,
             arguments: Arguments::new(args.len()),
             inputs: Vec::new(),
+            turn: 0,
             outputs: Vec::new(),
-            _scratch: Vec::new(),
+            scratch: Vec::new(),
             results: Vec::new(),
             own_result,
         };
@@ -328,7 +299,8 @@ impl Loader<'_> {
             let bits = match *arg {
                 Argument::Integer(value) => value.cast_unsigned(),
                 Argument::Input(bytes) => {
-                    step.inputs.push((pinned(bytes)?, buffer(device, bytes)?));
+                    let stages = [pinned(bytes)?, pinned(bytes)?, pinned(bytes)?, pinned(bytes)?];
+                    step.inputs.push((stages, buffer(device, bytes)?));
                     step.inputs.last().map_or(0, |(_, there)| there.address())
                 }
                 Argument::Output(bytes) => {
@@ -336,8 +308,8 @@ impl Loader<'_> {
                     step.outputs.last().map_or(0, |(there, _)| there.address())
                 }
                 Argument::Scratch(bytes) => {
-                    step._scratch.push(buffer(device, bytes)?);
-                    step._scratch.last().map_or(0, Buffer::address)
+                    step.scratch.push(buffer(device, bytes)?);
+                    step.scratch.last().map_or(0, Buffer::address)
                 }
                 Argument::Result(_) => {
                     step.results.push(at);
@@ -355,7 +327,7 @@ impl Loader<'_> {
         let there =
             step.inputs.iter().map(|(_, there)| there).chain(step.outputs.iter().map(|(there, _)| there));
         let own = step.own_result.as_deref();
-        there.chain(&step._scratch).chain(own).try_for_each(|buffer| stream.clear(buffer))?;
+        there.chain(&step.scratch).chain(own).try_for_each(|buffer| stream.clear(buffer))?;
         let result = step.own_result.as_deref().or(self.results.first()).map_or(0, Buffer::address);
         for at in &step.results {
             step.arguments.set(*at, result);

@@ -13,7 +13,7 @@ fn bodies_stay_in_their_folder_and_are_complete() {
     };
     let (module, kernel) = ("k.ptx".to_owned(), "step".to_owned());
     let args = vec![Argument::Integer(-1), Argument::Input(4096), Argument::Result(1)];
-    let expected = Body::Cuda { module, kernel, grid: [4, 2, 1], block: [128, 1, 1], args };
+    let expected = Body::Cuda { module, kernel, grid: [4, 2, 1], block: [128, 1, 1], args, graph: false };
     assert_eq!(read(cuda), expected);
     assert_eq!(read("onnx = './m/a.onnx'"), Body::Onnx { path: "./m/a.onnx".to_owned() });
     let cases = [
