@@ -82,6 +82,13 @@ pub(crate) enum SessionError {
         /// What is missing.
         why: CudaUnavailable,
     },
+    /// A pool of CUDA streams may use more of the device's memory than is free.
+    DeviceMemory {
+        /// The pool.
+        pool: String,
+        /// What it may use, what is free, and what the device has, in bytes.
+        bytes: [u64; 3],
+    },
 }
 
 impl SessionError {
@@ -89,7 +96,7 @@ impl SessionError {
     #[must_use]
     pub(crate) const fn exit_code(&self) -> u8 {
         match self {
-            Self::Machine(_) | Self::Recorder(_) | Self::Cuda { .. } => 3,
+            Self::Machine(_) | Self::Recorder(_) | Self::Cuda { .. } | Self::DeviceMemory { .. } => 3,
             Self::Bodies(error) if error.is_of_machine() => 3,
             Self::Build(_) | Self::Bodies(_) | Self::Record(_) => 2,
         }
@@ -110,6 +117,11 @@ impl fmt::Display for SessionError {
             Self::Machine(e) => e.fmt(f),
             Self::Record(e) => f.write_str(e),
             Self::Recorder(e) => e.fmt(f),
+            Self::DeviceMemory { pool, bytes: [budget, free, total] } => write!(
+                f,
+                "pool `{pool}` may use {budget} bytes of the device's memory, of which {free} are free of {total}; lower its \
+                 `memory`, or end what else uses the device"
+            ),
             Self::Cuda { pool, why } => write!(
                 f,
                 "pool `{pool}` is of kind cuda: {why}; to run it on the CPU, write kind = \"cpu\" and bodies for the CPU, \

@@ -19,7 +19,7 @@ use crate::handler::Handler;
 use crate::stream_seat::StreamSeat;
 use core::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use order::Order;
-use red_cuda::{Called, Driver, Event, LoadError};
+use red_cuda::{Called, Driver, Event, Kind, LoadError};
 use std::fmt;
 use std::sync::{Arc, OnceLock};
 
@@ -74,6 +74,12 @@ impl fmt::Display for CudaUnavailable {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Driver(error) => error.fmt(f),
+            Self::Device(error) if error.kind() == Kind::OutOfMemory => {
+                write!(
+                    f,
+                    "the CUDA device has too little memory left: {error}; use fewer lanes, or end what else uses it"
+                )
+            }
             Self::Device(error) => write!(f, "the CUDA device does not work: {error}; look at `nvidia-smi`"),
         }
     }

@@ -11,7 +11,7 @@ use super::{Robot, SessionError};
 use red_bodies::Call;
 use red_bodies::scene::Scene;
 use red_core::PoolId;
-use red_cuda::{Buffer, Device, Kind, Stream};
+use red_cuda::{Buffer, CudaError, Device, Kind, Stream};
 use red_rt::clock::now_ns;
 use red_rt::control::Control;
 use red_rt::cuda::{self, Bodies, Cuda, CudaFigures, Handlers, NotSubmitted};
@@ -96,6 +96,15 @@ impl CudaPools {
         let pool = workload.pools[first].name.clone();
         let cuda = cuda::open(0).and_then(|device| Ok(Cuda::new(device, lanes)?));
         let cuda = cuda.map_err(|why| SessionError::Cuda { pool: pool.clone(), why })?;
+        let refused = |error: CudaError| SessionError::Cuda { pool: pool.clone(), why: error.into() };
+        let (free, total) = cuda.device().memory().map_err(refused)?;
+        for pool in pools().map(|pool| &workload.pools[pool]) {
+            // Footprints are kept within it as the run goes on, which is worth nothing if it is not there.
+            if let Some(budget) = pool.memory_bytes.filter(|budget| *budget > free as u64) {
+                let bytes = [budget, free as u64, total as u64];
+                return Err(SessionError::DeviceMemory { pool: pool.name.clone(), bytes });
+            }
+        }
         let said = Arc::new(Mutex::new(faults::table()));
         let pools = pools().map(|pool| PoolId::new(pool as u8)).collect();
         Ok(Some(Self { cuda, pool, pools, lanes, handlers: None, said }))

@@ -90,21 +90,29 @@ fn row_62_out_of_memory_fails_one_job_and_gives_its_memory_back() {
     assert_eq!((on_time, shed), (released - 4, 4), "{summary}");
     assert_eq!((steers, count(&summary, "failed")), ([30, 30, 0], 4));
     assert!(told.contains("CUDA_ERROR_OUT_OF_MEMORY") && told.contains("`sees."), "{told}");
-    // Where there is too little for the buffers, nothing starts.
-    let scene = ended(
-        StandIn::new("memory 300000")
-            .give(&mut command(&["run", "examples/obstacle-cuda.toml", "--best-effort"]))
-            .output()
-            .as_ref()
-            .unwrap(),
-    );
-    assert_eq!((scene.0, &*scene.1), (3, ""));
-    assert!(
-        scene.2.contains("needs more of the device's memory than is left")
-            || scene.2.contains("OUT_OF_MEMORY"),
-        "{}",
-        scene.2
-    );
+    // Where there is less than the pool may use, or too little for the buffers, nothing starts.
+    let examples = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples");
+    let scene = std::fs::read_to_string(examples.join("obstacle-cuda.toml")).expect("the example");
+    let kernels = examples.join("kernels/road.ptx");
+    std::fs::create_dir_all(Path::new(env!("CARGO_TARGET_TMPDIR")).join("kernels"))
+        .expect("a folder for tests");
+    file("kernels/road.ptx", &std::fs::read(kernels).expect("its kernels"));
+    let without = scene.replace("memory = \"64MiB\"\n", "");
+    let starts = [
+        (scene.as_str(), "300000", "may use 67108864 bytes of the device's memory, of which 300000 are free"),
+        (&without, "300000", "too little memory left"),
+    ];
+    for (text, memory, words) in starts {
+        let path = file("row-62-scene.toml", text.as_bytes());
+        let (status, summary, told) =
+            run(&StandIn::new(&format!("memory {memory}")), path.to_str().expect("UTF-8"));
+        assert_eq!((status, summary), (3, Value::Null));
+        assert!(told.contains(words), "no `{words}` in: {told}");
+    }
+    let small = scene.replacen("memory = \"1MiB\"", "memory = \"1KiB\"", 1);
+    let path = file("row-62-scene.toml", small.as_bytes());
+    let (status, _, told) = run(&StandIn::new(""), path.to_str().expect("UTF-8"));
+    assert!(status == 2 && told.contains("expected memory = \"368640B\" or more"), "{status}: {told}");
 }
 
 /// What a run is whose device answers with this error after a while.

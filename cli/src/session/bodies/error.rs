@@ -31,6 +31,8 @@ pub(crate) enum Why {
     Kernel(String),
     /// The device refuses it; where memory is short, how much is free, and of how much.
     Device { error: String, memory: Option<(usize, usize)> },
+    /// Its buffers, for one lane, take more bytes of the device than its `memory` says, in a pool with a budget.
+    Footprint { takes: u64, says: u64 },
     /// Its file could not be used.
     Load(BodyError),
     /// A decoder reads another size than its encoder writes, in numbers of f32.
@@ -79,6 +81,11 @@ impl fmt::Display for BodiesError {
                 f,
                 " needs more of the device's memory than is left: {error}; {free} of {total} bytes are free; use \
                  smaller arguments or fewer lanes, or end what else uses the device"
+            ),
+            Why::Footprint { takes, says } => write!(
+                f,
+                " takes {takes} bytes of the device's memory for each lane, and says {says}, by which its pool's budget would \
+                 be kept; expected memory = \"{takes}B\" or more"
             ),
             Why::Load(error) => write!(f, ": {}", error.told(shown, shown_path)),
             Why::Shape { reads, written } => write!(

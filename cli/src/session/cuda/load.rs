@@ -77,6 +77,7 @@ impl CudaPools {
             for (node, numbered) in of_task.iter().enumerate() {
                 for (name, part, pool) in parts(numbered) {
                     if is_cuda(workload, pool) {
+                        loader.fits(part, pool, &name)?;
                         let loaded = loader.load(part, &name)?;
                         let is_whole = matches!(numbered.role, Role::Coarse(_));
                         for lane in lanes_of(workload, pool) {
@@ -171,6 +172,24 @@ fn buffer(device: &Device, bytes: u64) -> Result<Buffer, CudaError> {
 }
 
 impl Loader<'_> {
+    /// Refuses a part that takes more of the device than it says, where that counts.
+    fn fits(&self, part: &Part, pool: usize, name: &str) -> Result<(), BodiesError> {
+        let Body::Cuda { args, .. } = &part.body else { return Ok(()) };
+        let bytes = args.iter().map(|arg| match arg {
+            Argument::Integer(_) => 0,
+            Argument::Input(bytes)
+            | Argument::Output(bytes)
+            | Argument::Scratch(bytes)
+            | Argument::Result(bytes) => *bytes,
+        });
+        let (takes, says) = (bytes.fold(0, u64::saturating_add), part.memory_bytes);
+        let has_budget = self.source.workload.pools[pool].memory_bytes.is_some();
+        if has_budget && takes > says {
+            return Err(self.refused(name, Why::Footprint { takes, says }));
+        }
+        Ok(())
+    }
+
     /// Loads a part's body.
     fn load(&mut self, part: &Part, name: &str) -> Result<Loaded, BodiesError> {
         let loaded = match &part.body {
