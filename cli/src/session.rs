@@ -3,6 +3,7 @@
 pub(crate) mod bodies;
 pub(crate) mod cuda;
 mod drift;
+mod error;
 mod faults;
 pub(crate) mod host;
 pub(crate) mod record;
@@ -10,27 +11,26 @@ mod sub_deadlines;
 mod summary;
 pub(crate) mod trace;
 
-use bodies::{Bodies, BodiesError};
+use bodies::Bodies;
 use cuda::CudaPools;
 use drift::Costs;
+pub(crate) use error::SessionError;
 use host::{Live, Notes};
 use record::{ClosedLog, Recording};
 use red_bodies::onnx::on_lane;
 use red_bodies::plugin::Host as PluginHost;
 use red_core::{Config, Empty, PoolId, Scheduler, TaskId};
-use red_record::{Recorder, StartError};
+use red_record::Recorder;
 use red_rt::control::Control;
-use red_rt::cuda::CudaUnavailable;
 use red_rt::placement::{choose_cpus, usable_cpus};
 use red_rt::runtime::{Handlers, Mode, Setup, run};
 use red_rt::setup::SetupError;
 use red_rt::stop::{StopBy, StopSignals};
 use red_rt::timeline::Releases;
 use red_workload::Source;
-use red_workload::build::{self, BuildError, Numbered};
+use red_workload::build::{self, Numbered};
 use red_workload::model::{Arrival, Workload};
 use red_workload::policy::Policy;
-use std::fmt;
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
 use sub_deadlines::SubDeadlines;
@@ -61,77 +61,6 @@ pub(crate) struct Options<'a> {
     /// While an obstacle is in sight of the generated camera: from, until.
     pub(crate) obstacle_ns: Option<(u64, u64)>,
 }
-
-/// A run could not start.
-#[derive(Debug)]
-pub(crate) enum SessionError {
-    /// The workload does not fit the executive.
-    Build(BuildError),
-    /// A body cannot run.
-    Bodies(BodiesError),
-    /// The machine lacks a right or a resource.
-    Machine(SetupError),
-    /// The log cannot be written.
-    Record(String),
-    /// The system starts no thread that writes the log.
-    Recorder(StartError),
-    /// A pool of CUDA streams, and no CUDA device that works.
-    Cuda {
-        /// The pool.
-        pool: String,
-        /// What is missing.
-        why: CudaUnavailable,
-    },
-    /// A pool of CUDA streams may use more of the device's memory than is free.
-    DeviceMemory {
-        /// The pool.
-        pool: String,
-        /// What it may use, what is free, and what the device has, in bytes.
-        bytes: [u64; 3],
-    },
-}
-
-impl SessionError {
-    /// 2: the file is at fault, 3: the machine is.
-    #[must_use]
-    pub(crate) const fn exit_code(&self) -> u8 {
-        match self {
-            Self::Machine(_) | Self::Recorder(_) | Self::Cuda { .. } | Self::DeviceMemory { .. } => 3,
-            Self::Bodies(error) if error.is_of_machine() => 3,
-            Self::Build(_) | Self::Bodies(_) | Self::Record(_) => 2,
-        }
-    }
-}
-
-impl From<BodiesError> for SessionError {
-    fn from(error: BodiesError) -> Self {
-        Self::Bodies(error)
-    }
-}
-
-impl fmt::Display for SessionError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Build(e) => e.fmt(f),
-            Self::Bodies(e) => e.fmt(f),
-            Self::Machine(e) => e.fmt(f),
-            Self::Record(e) => f.write_str(e),
-            Self::Recorder(e) => e.fmt(f),
-            Self::DeviceMemory { pool, bytes: [budget, free, total] } => write!(
-                f,
-                "pool `{pool}` may use {budget} bytes of the device's memory, of which {free} are free of {total}; lower its \
-                 `memory`, or end what else uses the device"
-            ),
-            Self::Cuda { pool, why } => write!(
-                f,
-                "pool `{pool}` is of kind cuda: {why}; to run it on the CPU, write kind = \"cpu\" and bodies for the CPU, \
-                 such as {{ onnx = \"...\" }} or {{ spin = \"1ms\" }}"
-            ),
-        }
-    }
-}
-
-impl std::error::Error for SessionError {}
 
 /// A finished run: its figures, and what a trace is made from.
 #[derive(Debug)]
