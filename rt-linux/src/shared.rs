@@ -55,6 +55,8 @@ pub(crate) struct Shared<C: Capacity, H, L: Exclusive<Scheduler<C>>> {
     pub(crate) hung: AtomicU64,
     /// Lanes that left their streams, a bit each.
     pub(crate) left: AtomicU32,
+    /// Pools that were lost, a bit each.
+    lost: AtomicU32,
     /// Units that were dispatched ahead.
     pub(crate) ahead: AtomicU64,
     pub(crate) standstills: Standstills,
@@ -85,6 +87,7 @@ impl<C: Capacity, H, L: Exclusive<Scheduler<C>>> Shared<C, H, L> {
             until_ns,
             hung: AtomicU64::new(0),
             left: AtomicU32::new(0),
+            lost: AtomicU32::new(0),
             ahead: AtomicU64::new(0),
             standstills: Standstills::default(),
         })
@@ -169,16 +172,22 @@ impl<C: Capacity, H, L: Exclusive<Scheduler<C>>> Shared<C, H, L> {
             let _stale = scheduler.fail(unit, now);
         }
         self.waiting.streams[lane].iter().for_each(|stream| stream.discard());
-        let is_lost = why == Leaves::Lost && scheduler.lose_pool(pool, now);
-        for other in 0..self.slots.len() {
-            let id = LaneId::new(other as u8);
-            // Others that run something find out by themselves; those that do not are given nothing any more.
-            let leaves = other == lane || is_lost && scheduler.pool_of(id) == Some(pool);
-            if leaves && scheduler.retire_lane(id) || other == lane {
-                self.left.fetch_or(1 << other, Ordering::Relaxed);
-            }
+        scheduler.retire_lane(LaneId::new(lane as u8));
+        self.left.fetch_or(1 << lane, Ordering::Relaxed);
+        if why == Leaves::Lost && scheduler.lose_pool(pool, now) {
+            self.lost.fetch_or(1 << pool.index(), Ordering::Relaxed);
+            (0..self.slots.len()).for_each(|lane| self.leave_if_lost(scheduler, lane));
         }
         self.hung.fetch_add((why == Leaves::Hangs).into(), Ordering::Relaxed);
+    }
+
+    /// A lane of a pool that was lost leaves once it runs nothing any more: it is given nothing. To be called under the lock.
+    pub(crate) fn leave_if_lost(&self, scheduler: &mut Recorder<'_, C>, lane: usize) {
+        let (lost, id) = (self.lost.load(Ordering::Relaxed), LaneId::new(lane as u8));
+        let is_lost = lost != 0 && scheduler.pool_of(id).is_some_and(|pool| lost >> pool.index() & 1 != 0);
+        if is_lost && scheduler.retire_lane(id) {
+            self.left.fetch_or(1 << lane, Ordering::Relaxed);
+        }
     }
 }
 

@@ -5,12 +5,11 @@ use super::order::{LANES, Own, Waits};
 use crate::handler::{Failed, Handler, Work};
 use crate::stream::{Progress, Stream as OnStream, Submitted};
 use crate::stream_seat::StreamSeat;
-use core::mem;
 use core::sync::atomic::Ordering;
 use red_core::UnitId;
 use red_cuda::{CudaError, Stream};
 use std::collections::VecDeque;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Units under way in a stream, at most.
 const UNDER_WAY: usize = 4;
@@ -60,6 +59,9 @@ pub(super) struct OnDevice {
     held: Option<Box<Held>>,
     under_way: VecDeque<UnderWay>,
 }
+
+/// What is left to a device that would not give it back, until the process ends.
+static LEFT: Mutex<Vec<Held>> = Mutex::new(Vec::new());
 
 struct Held {
     bodies: Box<dyn Bodies>,
@@ -207,7 +209,7 @@ impl Drop for OnDevice {
         // Giving anything back waits for the streams of the device, of which one never ends; and of a context that is spent
         // nothing can be given back.
         if self.cuda.hangs.load(Ordering::Relaxed) || self.is_lost() {
-            mem::forget(self.held.take());
+            LEFT.lock().unwrap_or_else(PoisonError::into_inner).extend(self.held.take().map(|held| *held));
         }
     }
 }

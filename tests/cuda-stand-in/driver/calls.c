@@ -217,7 +217,7 @@ unsigned cuStreamBeginCapture_v2(struct CUstream_st *stream, unsigned mode)
 {
     (void)mode;
     TRY_INSIDE
-    stream->capture = calloc(1, sizeof *stream->capture);
+    stream->capture = kept(sizeof *stream->capture);
     ANSWER(CUDA_SUCCESS, stream->number, NULL, 0);
 }
 
@@ -240,7 +240,7 @@ unsigned cuEventCreate(struct CUevent_st **event, unsigned flags)
 {
     (void)flags;
     TRY_INSIDE
-    *event = calloc(1, sizeof **event);
+    *event = kept(sizeof **event);
     pthread_mutex_lock(&lock);
     (*event)->number = ++events;
     pthread_mutex_unlock(&lock);
@@ -289,7 +289,7 @@ unsigned cuModuleLoadDataEx(struct CUmod_st **module, const void *image, unsigne
         }
         ANSWER(CUDA_ERROR_INVALID_PTX, 0, NULL, 0);
     }
-    *module = calloc(1, sizeof **module);
+    *module = kept(sizeof **module);
     (*module)->text = strdup(image);
     ANSWER(CUDA_SUCCESS, 0, NULL, 0);
 }
@@ -320,7 +320,7 @@ unsigned cuModuleGetFunction(struct CUfunc_st **function, struct CUmod_st *modul
     if (!has_kernel(module->text, name)) {
         ANSWER(CUDA_ERROR_NOT_FOUND, 0, NULL, 0);
     }
-    struct CUfunc_st *made = calloc(1, sizeof *made);
+    struct CUfunc_st *made = kept(sizeof *made);
     (void)snprintf(made->name, sizeof made->name, "%s", name);
     made->next = module->functions;
     module->functions = made;
@@ -349,7 +349,7 @@ unsigned cuGraphInstantiateWithFlags(struct CUgraphExec_st **executable, struct 
 {
     (void)flags;
     TRY_INSIDE
-    *executable = calloc(1, sizeof **executable);
+    *executable = kept(sizeof **executable);
     pthread_mutex_lock(&lock);
     for (struct operation *o = graph->first; o != NULL; o = o->next) {
         graph_add(&(*executable)->graph, o);

@@ -95,6 +95,9 @@ extern pthread_cond_t changed;
 /* The error that every call answers from now on; 0 while all is well. */
 extern unsigned spent;
 
+/* Memory of what has a handle, which is there until the process ends: others may still have that in their queues. */
+void *kept(size_t bytes);
+
 /* --- script.c --- */
 uint64_t script_number(const char *key, uint64_t otherwise);
 /* Of `key name nth value`: the value where this is that time; `counts` the times by name. */

@@ -20,6 +20,26 @@ bool is_in_host_function(void)
     return in_host_function;
 }
 
+struct kept {
+    struct kept *next;
+    void *unused;
+};
+static struct kept *all_kept;
+
+void *kept(size_t bytes)
+{
+    static pthread_mutex_t keeping = PTHREAD_MUTEX_INITIALIZER;
+    struct kept *made = calloc(1, sizeof *made + bytes);
+    if (made == NULL) {
+        abort();
+    }
+    pthread_mutex_lock(&keeping);
+    made->next = all_kept;
+    all_kept = made;
+    pthread_mutex_unlock(&keeping);
+    return made + 1;
+}
+
 void graph_add(struct CUgraph_st *graph, const struct operation *operation)
 {
     struct operation *copy = malloc(sizeof *copy);
@@ -123,7 +143,7 @@ static void *stream_main(void *argument)
 struct CUstream_st *stream_new(void)
 {
     struct sched_param ordinary = {0};
-    struct CUstream_st *stream = calloc(1, sizeof *stream);
+    struct CUstream_st *stream = kept(sizeof *stream);
     pthread_attr_t attributes;
     if (stream == NULL || pthread_attr_init(&attributes) != 0) {
         abort();
