@@ -217,7 +217,7 @@ unsigned cuStreamBeginCapture_v2(struct CUstream_st *stream, unsigned mode)
 {
     (void)mode;
     TRY_INSIDE
-    stream->capture = kept(sizeof *stream->capture);
+    stream->capture = calloc(1, sizeof *stream->capture);
     ANSWER(CUDA_SUCCESS, stream->number, NULL, 0);
 }
 
@@ -349,7 +349,7 @@ unsigned cuGraphInstantiateWithFlags(struct CUgraphExec_st **executable, struct 
 {
     (void)flags;
     TRY_INSIDE
-    *executable = kept(sizeof **executable);
+    *executable = calloc(1, sizeof **executable);
     pthread_mutex_lock(&lock);
     for (struct operation *o = graph->first; o != NULL; o = o->next) {
         graph_add(&(*executable)->graph, o);
