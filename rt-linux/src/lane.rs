@@ -213,9 +213,6 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
             Some((unit, false)) => drop(scheduler.fail(unit, now)),
             None => {}
         }
-        if done.is_some() {
-            self.shared.leave_if_lost(scheduler, self.number);
-        }
         if let Some(why) = leaves {
             self.shared.leave_stream(scheduler, self.number, self.queue.units(), why, now);
         }

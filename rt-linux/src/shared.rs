@@ -55,8 +55,6 @@ pub(crate) struct Shared<C: Capacity, H, L: Exclusive<Scheduler<C>>> {
     pub(crate) hung: AtomicU64,
     /// Lanes that left their streams, a bit each.
     pub(crate) left: AtomicU32,
-    /// Pools that were lost, a bit each.
-    lost: AtomicU32,
     /// Units that were dispatched ahead.
     pub(crate) ahead: AtomicU64,
     pub(crate) standstills: Standstills,
@@ -87,7 +85,6 @@ impl<C: Capacity, H, L: Exclusive<Scheduler<C>>> Shared<C, H, L> {
             until_ns,
             hung: AtomicU64::new(0),
             left: AtomicU32::new(0),
-            lost: AtomicU32::new(0),
             ahead: AtomicU64::new(0),
             standstills: Standstills::default(),
         })
@@ -173,21 +170,14 @@ impl<C: Capacity, H, L: Exclusive<Scheduler<C>>> Shared<C, H, L> {
         }
         self.waiting.streams[lane].iter().for_each(|stream| stream.discard());
         scheduler.retire_lane(LaneId::new(lane as u8));
-        self.left.fetch_or(1 << lane, Ordering::Relaxed);
-        if why == Leaves::Lost && scheduler.lose_pool(pool, now) {
-            self.lost.fetch_or(1 << pool.index(), Ordering::Relaxed);
-            (0..self.slots.len()).for_each(|lane| self.leave_if_lost(scheduler, lane));
-        }
+        let is_lost = why == Leaves::Lost && scheduler.lose_pool(pool, now);
+        // Lanes of a lost pool are given nothing from now on.
+        let leaves =
+            |other| other == lane || is_lost && scheduler.pool_of(LaneId::new(other as u8)) == Some(pool);
+        let left =
+            (0..self.slots.len()).filter(|other| leaves(*other)).fold(0, |left, other| left | 1 << other);
+        self.left.fetch_or(left, Ordering::Relaxed);
         self.hung.fetch_add((why == Leaves::Hangs).into(), Ordering::Relaxed);
-    }
-
-    /// A lane of a pool that was lost leaves once it runs nothing any more: it is given nothing. To be called under the lock.
-    pub(crate) fn leave_if_lost(&self, scheduler: &mut Recorder<'_, C>, lane: usize) {
-        let (lost, id) = (self.lost.load(Ordering::Relaxed), LaneId::new(lane as u8));
-        let is_lost = lost != 0 && scheduler.pool_of(id).is_some_and(|pool| lost >> pool.index() & 1 != 0);
-        if is_lost && scheduler.retire_lane(id) {
-            self.left.fetch_or(1 << lane, Ordering::Relaxed);
-        }
     }
 }
 

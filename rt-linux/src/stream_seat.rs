@@ -3,9 +3,10 @@
 //! # Protocol
 //!
 //! The holder of the scheduler's lock hands; the lane takes. All of its units come this way, for by two ways one could
-//! overtake another: a stream runs them in the order in which it is given them. Two units may lie here: a second is handed only once the
-//! first counts as started, and a third once the first was reported, by the lane or by one that ran after it, so after
-//! the lane took and submitted it. They lie in turns in two [`Seat`]s, each of which so is handed to only when empty.
+//! overtake another: a stream runs them in the order in which it is given them. Two units may lie here: a second is
+//! handed only once the first counts as started, and a third once the first was reported, by the lane or by one that
+//! ran after it, so after the lane took and submitted it. They lie in turns in two [`Seat`]s, each of which so is
+//! handed to only when empty.
 //!
 //! A lane that waits for its stream sleeps on this bell, which the driver rings when the stream comes to the end of a
 //! unit, and who hands wakes. One that has nothing in its stream sleeps on its seat's, which who hands has to ring.

@@ -173,10 +173,12 @@ impl Waiting {
 
     /// Hands a unit to a lane that runs nothing. To be called under the scheduler's lock.
     pub fn hand(&self, lane: usize, work: &Work) {
-        // By the way of the units that go ahead, which would overtake it by another one.
-        self.streams[lane]
-            .as_ref()
-            .map_or_else(|| self.seats[lane].hand(work), |_| self.hand_ahead(lane, &Ahead::at_once(*work)));
+        if self.streams[lane].is_some() {
+            // By the way of the units that go ahead, which would overtake it by another one.
+            self.hand_ahead(lane, &Ahead::at_once(*work));
+        } else {
+            self.seats[lane].hand(work);
+        }
     }
 
     /// Hands a unit to a lane with a stream. To be called under the scheduler's lock.

@@ -60,6 +60,9 @@ pub enum Argument {
     Result(u64),
 }
 
+/// Lanes of all pools together: the scheduler's capacity.
+pub const MAX_LANES: u32 = 32;
+
 /// Where a pool's bodies run under `run`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PoolKind {

@@ -3,14 +3,12 @@
 use crate::outcome::Failure;
 use red_rt::placement::{choose_cpus, usable_cpus};
 use red_rt::setup::{Fifo, SetupError, lock_memory};
-use red_workload::model::{PoolKind, Workload};
+use red_workload::model::{MAX_LANES, PoolKind, Workload};
 use std::fs;
 use std::thread;
 
 /// Priority of the lanes, as in a run.
 pub(super) use crate::session::PRIORITY;
-/// Lanes that a workload file may have, over all pools.
-const MAX_LANES: usize = 32;
 
 /// What there is to measure on.
 pub(super) struct Machine {
@@ -38,7 +36,7 @@ impl Machine {
             Failure::Machine(format!("{e}; `--best-effort` measures without real time, labelled so"))
         };
         let usable = usable_cpus().map_err(told)?;
-        let mut cpus = choose_cpus(usable.len().min(MAX_LANES), &usable).map_err(told)?;
+        let mut cpus = choose_cpus(usable.len().min(MAX_LANES as usize), &usable).map_err(told)?;
         cpus.reverse();
         let granted = placed(workload, &cpus).and_then(|lanes| granted(cpus[0]).map(|()| lanes));
         let (lanes_of_pool, denied) = match granted {
@@ -55,7 +53,7 @@ impl Machine {
             (streams - pool.lanes as usize..streams).collect()
         });
         // All pools together must stay within the limit that a file has.
-        let share = MAX_LANES / workload.pools.len().max(1);
+        let share = MAX_LANES as usize / workload.pools.len().max(1);
         let lanes_of_pool = lanes_of_pool.map(|mut lanes: Vec<usize>| {
             lanes.truncate(share.max(1));
             lanes

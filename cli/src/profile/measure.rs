@@ -168,8 +168,8 @@ struct Weight {
     cost_ns: u64,
 }
 
-/// The mix of largest sum: the heaviest nodes besides `subject` of those that have a weight, from the start again where there are fewer than
-/// `count`; alone in its workload, the node itself, of another job.
+/// The mix of largest sum: the heaviest nodes besides `subject` of those that have a weight, from the start again where
+/// there are fewer than `count`; alone in its workload, the node itself, of another job.
 fn heaviest_mix(weights: &[Option<Weight>], subject: usize, count: usize) -> Vec<usize> {
     let may = |other: &usize| *other != subject && weights[*other].is_some();
     let mut others: Vec<usize> = (0..weights.len()).filter(may).collect();

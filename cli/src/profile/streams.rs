@@ -6,12 +6,11 @@ use crate::session::cuda::{CudaPools, is_cuda};
 use red_bodies::plugin::Host as PluginHost;
 use red_workload::Source;
 use red_workload::build::Numbered;
+use red_workload::model::MAX_LANES;
 use std::sync::Arc;
 
 /// Streams of a pool, at least, to see how far its nodes run beside each other.
 const FEWEST: u32 = 4;
-/// Lanes that a workload file may have, over all pools.
-const MAX_LANES: u32 = 32;
 
 /// The workload with as many lanes in CUDA pools as are measured.
 pub(super) fn widened(source: &Source) -> Source {

@@ -32,12 +32,8 @@ impl<C: Capacity> Scheduler<C> {
     /// into account. `false`, and nothing changed: no such pool, or the configuration preempts or opens graphs level by
     /// level.
     pub fn dispatch_ahead(&mut self, pool: PoolId) -> bool {
-        let there = pool.index() < usize::from(self.pool_count);
-        let can = there && !self.config.preempt && self.config.gate == Gate::Precedence;
-        if can {
-            self.pools[pool.index()].ahead = true;
-        }
-        can
+        let can = !self.config.preempt && self.config.gate == Gate::Precedence;
+        can && self.pool_mut(pool).map(|pool| pool.ahead = true).is_some()
     }
 
     /// Units of other lanes after which this one, dispatched ahead, has to start. None once it counts as started.

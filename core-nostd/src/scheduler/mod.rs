@@ -111,6 +111,8 @@ crate::capacity::stored! {
         active: u32,
         /// Lanes on which a unit waits, a bit each.
         promised: u32,
+        /// Pools that were lost, a bit each.
+        lost: u32,
         /// Slots of jobs in flight, and of ended jobs whose outcome was not taken, a bit each.
         in_flight: u64,
         ended: u64,
@@ -122,8 +124,6 @@ crate::capacity::stored! {
         observes: bool,
         /// Whether completions are looked at: to take samples, or because jobs became longer.
         attends: bool,
-        /// Whether a pool was lost.
-        lost: bool,
         pool_count: u8,
         lane_count: u8,
         /// Units ever dispatched, jobs ever released.

@@ -1,6 +1,6 @@
 //! Pools of lanes, and the sensors whose captures jobs share.
 
-use super::{Scheduler, action::ShedReason};
+use super::{Scheduler, action::ShedReason, bits};
 use crate::capacity::{Capacity, Empty};
 use crate::id::{LaneId, PoolId, SensorId};
 use crate::ready_queue::ReadyQueue;
@@ -18,7 +18,6 @@ crate::capacity::stored! {
         pub(super) current: u8,
         pub(super) limited: bool,
         pub(super) ahead: bool,
-        pub(super) lost: bool,
         /// What somebody else measured of its use, in parts per million.
         pub(super) observed: Ppm,
         /// Modulo 2^64: lane time of its completed units; of that, up to the current tick's start, and in the tick before.
@@ -91,15 +90,16 @@ impl<C: Capacity> Scheduler<C> {
         Ok(PoolId::new(pool as u8))
     }
 
-    /// Tells how much of what a pool's lanes share was used of late, by whomever: a GPU, which other processes use, too. Until
-    /// the next call overload is judged by that where it is more than the lanes' own busy time. `false`: no such pool. Time
-    /// bound: O(1).
+    /// A pool that was added.
+    pub(super) fn pool_mut(&mut self, pool: PoolId) -> Option<&mut Pool<C>> {
+        (pool.index() < usize::from(self.pool_count)).then(|| &mut self.pools[pool.index()])
+    }
+
+    /// Tells how much of what a pool's lanes share was used of late, by whomever: a GPU, which other processes use,
+    /// too. Until the next call overload is judged by that where it is more than the lanes' own busy time. `false`: no
+    /// such pool. Time bound: O(1).
     pub fn observe_use(&mut self, pool: PoolId, used: Ppm) -> bool {
-        let there = pool.index() < usize::from(self.pool_count);
-        if there {
-            self.pools[pool.index()].observed = used;
-        }
-        there
+        self.pool_mut(pool).map(|pool| pool.observed = used).is_some()
     }
 
     /// The pool of a lane; `None`: there is no such lane. Time bound: O(1).
@@ -112,10 +112,9 @@ impl<C: Capacity> Scheduler<C> {
     /// such pool. Time bound: O(jobs * nodes).
     pub fn lose_pool(&mut self, pool: PoolId, now: Instant) -> bool {
         self.advance(now);
-        let there = pool.index() < usize::from(self.pool_count);
+        let there = self.pool_mut(pool).is_some();
         if there {
-            self.pools[pool.index()].lost = true;
-            self.lost = true;
+            self.lost |= 1 << pool.index();
             self.slots().for_each(|slot| self.end_if_lost(slot));
         }
         there
@@ -126,8 +125,7 @@ impl<C: Capacity> Scheduler<C> {
     pub(super) fn end_if_lost(&mut self, slot: usize) {
         let version = self.version(slot);
         let undone = self.jobs[slot].undone(version);
-        let needs = |pool: usize| self.pools[pool].lost && undone.first_in(&version.in_pool[pool]).is_some();
-        if self.pool_numbers().any(needs) {
+        if bits(self.lost.into()).any(|pool| undone.first_in(&version.in_pool[pool]).is_some()) {
             self.end_job(slot, Some(ShedReason::Fault));
         }
     }

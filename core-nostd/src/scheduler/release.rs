@@ -84,7 +84,7 @@ impl<C: Capacity> Scheduler<C> {
             self.residual_key(slot);
         }
         self.changed(slot);
-        if self.lost {
+        if self.lost != 0 {
             self.end_if_lost(slot);
         }
         Ok(JobId::new(slot, generation))

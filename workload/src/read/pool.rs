@@ -2,11 +2,8 @@
 
 use super::UniqueNames;
 use crate::error::{Fault, Refusal};
-use crate::model::{Pool, PoolKind};
+use crate::model::{MAX_LANES, Pool, PoolKind};
 use crate::tree::{Field, Fields};
-
-/// Lanes of all pools together: the scheduler's capacity.
-const MAX_LANES: u32 = 32;
 
 /// CPUs that a Linux kernel can be built for.
 const MAX_CPUS: u32 = 4096;
