@@ -59,6 +59,12 @@ impl Pinned {
         self.memory.bytes_mut()
     }
 
+    /// Where it is, for the host and for kernels alike: every device of a 64-bit system has one address space with it.
+    #[must_use]
+    pub fn address(&self) -> u64 {
+        self.memory.bytes().as_ptr() as u64
+    }
+
     pub(crate) const fn memory(&self) -> &result::memory::HostMemory {
         &self.memory
     }

@@ -7,7 +7,7 @@ use std::{env, fs};
 const PROTOTYPES: &str = "../../cuda-shim/src";
 /// What each library is made of.
 const LIBRARIES: [(&str, &[&str]); 2] = [
-    ("libcuda.so.1", &["driver/calls.c", "driver/script.c", "driver/streams.c"]),
+    ("libcuda.so.1", &["driver/calls.c", "driver/kernels.c", "driver/script.c", "driver/streams.c"]),
     ("libnvidia-ml.so.1", &["driver/nvml.c", "driver/script.c"]),
 ];
 
@@ -26,7 +26,7 @@ fn build(folder: &Path, more: &[&str]) {
         command
             .args(["-std=c11", "-Wall", "-Wextra", "-Werror", "-O1", "-g", "-shared", "-fPIC", "-pthread"]);
         command.arg(format!("-Wl,-soname,{library}")).args(["-I", PROTOTYPES]).args(more).args(sources);
-        let status = command.arg("-o").arg(folder.join(library)).status();
+        let status = command.arg("-o").arg(folder.join(library)).arg("-lm").status();
         let status = status.expect("no C compiler; install it with: apt-get install gcc libc6-dev");
         assert!(status.success(), "the stand-in does not compile: {status}");
     }

@@ -13,7 +13,7 @@ use crate::workspace::{Workspace, entries};
 /// Compute capabilities: Nano, TX2, Xavier, Orin, and a server's.
 const ARCHITECTURES: [&str; 5] = ["sm_53", "sm_62", "sm_72", "sm_87", "sm_90"];
 /// Folders with kernels.
-const KERNELS: [&str; 2] = ["bodies/kernels", "examples/kernels"];
+const KERNELS: [&str; 3] = ["bodies/kernels", "examples/kernels", "tests/gpu/kernels"];
 const REQUIREMENTS: &str = "cuda-shim/tests/requirements.txt";
 const PROTOTYPES: &str = "cuda-shim/src/driver_api.h";
 const CHECK: &str = "cuda-shim/tests/against_cuda_h.c";
@@ -62,6 +62,15 @@ pub(crate) fn step(workspace: &Workspace, _: Depth) -> Result<Tally, Failure> {
     write(&planted, &text.replacen("sub.u64", "sub.f16", 1))?;
     tally.passed += found(ptxas(ARCHITECTURES[0], &planted), "sub.f16")?;
     Ok(tally)
+}
+
+/// What only a device can show, on the one of this machine: the program is built and takes this one's place.
+pub(crate) fn on_device(workspace: &Workspace, arguments: &[&str]) -> Failure {
+    let build = ["build", "--release", "--package", "redrt", "--package", "red-gpu-tests"];
+    if let Err(failure) = workspace.cargo(&build).stream() {
+        return failure;
+    }
+    workspace.command(workspace.target.join("release/red-gpu-tests")).args(arguments).replace()
 }
 
 fn kernels(workspace: &Workspace) -> Result<Vec<PathBuf>, Failure> {

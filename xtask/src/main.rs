@@ -79,6 +79,7 @@ usage: cargo xtask TASK
                     changes of the core that tests should notice; 400 of them and seed 1 unless told
   bench [ARG]...    what the scheduler costs beside its peers, measured now; --help tells the ARGs
   soak [ARG]...     random workloads, edits and faults on real threads; --help tells the ARGs
+  gpu [CHECK]...    what only a CUDA device can show, on this machine's; --help lists the CHECKs
   loom [--deep] [MODEL]...
                     explores the models of concurrency; --deep: three preemptions instead of two
   loom --mutants [FILE]...
@@ -91,9 +92,9 @@ usage: cargo xtask TASK
 
 example: cargo xtask test fmt clippy
 
-Exit status: 0 done, 1 something failed, 2 wrong arguments; those of bench and soak are in their own help. Tools that are
-missing are installed where that needs no question (into the target folder, by rustup, as root on Debian by apt-get),
-or named with the line that installs them.";
+Exit status: 0 done, 1 something failed, 2 wrong arguments; those of bench, soak and gpu are in their own help. Tools
+that are missing are installed where that needs no question (into the target folder, by rustup, as root on Debian by
+apt-get), or named with the line that installs them.";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = env::args().skip(1).collect();
@@ -103,8 +104,9 @@ fn main() -> ExitCode {
         ["help"] => tell(HELP),
         ["test", ref names @ ..] if asks_for_help(names) => tell(&steps::help()),
         ["bench", ref rest @ ..] if asks_for_help(rest) => tell(BENCH_HELP.trim_end()),
-        // It has a help of its own.
+        // These have a help of their own.
         ["soak", ref rest @ ..] => finish::<()>(Err(steps::soak(&workspace, rest).replace())),
+        ["gpu", ref rest @ ..] => finish::<()>(Err(cuda::on_device(&workspace, rest))),
         ref words if asks_for_help(words) => tell(HELP),
         ["test", ref words @ ..] => {
             let (depth, names) = Depth::of(words);

@@ -322,6 +322,7 @@ unsigned cuModuleGetFunction(struct CUfunc_st **function, struct CUmod_st *modul
     }
     struct CUfunc_st *made = kept(sizeof *made);
     (void)snprintf(made->name, sizeof made->name, "%s", name);
+    made->computation = computation_of(name);
     made->next = module->functions;
     module->functions = made;
     *function = made;
@@ -332,15 +333,20 @@ unsigned cuLaunchKernel(struct CUfunc_st *function, unsigned grid_x, unsigned gr
                         unsigned block_y, unsigned block_z, unsigned shared_bytes, struct CUstream_st *stream,
                         void **arguments, void **extra)
 {
-    (void)shared_bytes, (void)arguments, (void)extra;
+    (void)shared_bytes, (void)extra;
     TRY_INSIDE
     uint64_t threads = (uint64_t)block_x * block_y * block_z;
     if ((uint64_t)grid_x * grid_y * grid_z == 0 || threads == 0 || threads > 1024) {
         ANSWER(CUDA_ERROR_INVALID_VALUE, stream->number, function->name, 0);
     }
+    struct operation operation = {.kind = KERNEL, .kernel = function};
+    const struct computation *computation = function->computation;
+    for (unsigned i = 0; computation != NULL && i < computation->count; i++) {
+        memcpy(&operation.arguments[i], arguments[i], computation->bytes[i]);
+    }
     /* Said first: the stream is quick. */
     say_call(__func__, CUDA_SUCCESS, stream->number, function->name, 0);
-    stream_add(stream, (struct operation){.kind = KERNEL, .kernel = function});
+    stream_add(stream, operation);
     return CUDA_SUCCESS;
 }
 

@@ -13,6 +13,9 @@
  *   hang NAME 1              the first run of kernel NAME never ends
  *   refuse cuMemAlloc_v2 2 2 the second call of that name answers this error, once
  *   delay cuLaunchKernel 50  each call of that name takes so many microseconds
+ *   computes 1               kernels that kernels.c knows compute what they should
+ *   wrong 1                  and then add so much to it
+ *   ignores waits 1          streams do not wait for events
  *
  * Lines of the log: `call NAME [STREAM [WHAT]] = RESULT` when a call returns, `begin STREAM KERNEL` and `end STREAM KERNEL`
  * when a kernel runs. Streams and events are numbers from 1, in the order of their making. */
@@ -40,8 +43,20 @@
 
 #define NAME_LENGTH 64
 
+#define MOST_ARGUMENTS 4
+
+/* What a kernel computes, and the bytes of its arguments. */
+struct computation {
+    const char *name;
+    void (*run)(const uint64_t *arguments);
+    unsigned count;
+    unsigned char bytes[MOST_ARGUMENTS];
+};
+
 struct CUfunc_st {
     char name[NAME_LENGTH];
+    /* NULL: it only takes time. */
+    const struct computation *computation;
     struct CUfunc_st *next;
 };
 
@@ -63,6 +78,7 @@ enum kind { KERNEL, RECORD, WAIT, CALL, COPY, SET };
 struct operation {
     enum kind kind;
     struct CUfunc_st *kernel;
+    uint64_t arguments[MOST_ARGUMENTS];
     struct CUevent_st *event;
     uint64_t turn;
     void (*function)(void *);
@@ -108,6 +124,10 @@ uint64_t script_of(const char *key, const char *name, uint64_t otherwise);
 void say(const char *format, ...) __attribute__((format(printf, 1, 2)));
 uint64_t clock_ns(void);
 void sleep_us(uint64_t microseconds);
+
+/* --- kernels.c --- */
+/* NULL: none that is known, or the script does not ask for it. */
+const struct computation *computation_of(const char *name);
 
 /* --- streams.c --- */
 struct CUstream_st *stream_new(void);
