@@ -5,7 +5,7 @@ use crate::outcome::{Answer, Failure};
 use crate::output;
 use crate::progress;
 use crate::terminal::{self, Paint, wrap};
-use red_rt::preflight::{Finding, Severity, examine, measure};
+use red_rt::preflight::{Finding, Severity, device, examine, measure};
 use serde::Serialize;
 use std::io;
 use std::path::Path;
@@ -21,7 +21,7 @@ const MEASUREMENT: Duration = Duration::from_secs(5);
 Example:
   redrt doctor --quick")]
 pub(crate) struct Args {
-    /// Only read settings; leave out the measurement of 5 seconds.
+    /// Only read settings; leave out the measurement of 5 seconds, and what the CUDA driver tells.
     #[arg(long)]
     quick: bool,
     /// Print one JSON object.
@@ -53,6 +53,7 @@ pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
     let mut findings = examine(Path::new("/"));
     if !args.quick {
         findings.extend(progress::during("measuring for 5 s", || measure(MEASUREMENT)));
+        findings.push(device());
     }
     findings.iter_mut().for_each(|finding| finding.fix = executable::named_in(&finding.fix));
     let report = report(&findings);

@@ -1,11 +1,13 @@
 //! The findings of `redrt doctor`: what this machine does to real time, why it matters, and the cure.
 //!
-//! [`examine`] reads settings and changes nothing; [`measure`] runs a real-time thread for a moment. Every check
-//! gives a finding on every machine: what does not apply passes and says so, what cannot be read warns and says
-//! so.
+//! [`examine`] reads settings and changes nothing; [`measure`] runs a real-time thread for a moment; `device` (feature
+//! `cuda`) opens the first CUDA device. Every check gives a finding on every machine: what does not apply passes and
+//! says so, what cannot be read warns and says so.
 
 mod check;
 mod cpu;
+#[cfg(feature = "cuda")]
+mod device;
 mod gpu;
 mod interrupts;
 mod kernel;
@@ -18,6 +20,8 @@ mod tree;
 use core::fmt;
 use std::path::Path;
 
+#[cfg(feature = "cuda")]
+pub use device::device;
 pub use measure::measure;
 
 use tree::Tree;

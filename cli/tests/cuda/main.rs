@@ -13,6 +13,7 @@ use serde_json::Value;
 use std::fmt::Write;
 use std::fs;
 use std::path::Path;
+use std::thread;
 
 const SCENE: &str = "examples/obstacle-cuda.toml";
 /// As the scene's kernels take on a small board.
@@ -209,6 +210,34 @@ fn a_profile_of_streams_has_what_events_say_and_writes_it_back() {
         let expected = if words == "nvidia-smi" { 3 } else { 2 };
         assert!(status == expected && told.contains(words), "{status}: {told}");
     }
+}
+
+#[test]
+fn the_doctor_opens_the_device_and_says_what_it_has() {
+    let cases = [
+        (
+            "memory 67108864",
+            "PASS measure.cuda: stand-in 0, compute capability 5.3, CUDA 12.2, 64 of 64 MiB free",
+        ),
+        ("devices 0", "WARN measure.cuda: the CUDA driver"),
+        (
+            "version 9020",
+            "WARN measure.cuda: the CUDA driver supports CUDA 9.2; install one of CUDA 10.2 or later",
+        ),
+        (
+            "refuse cuDevicePrimaryCtxRetain 1 2",
+            "WARN measure.cuda: the CUDA device has too little memory left",
+        ),
+    ];
+    let examine = |(script, words): (&str, &str)| {
+        let mut doctor = command(&["doctor"]);
+        let (_, out, _) = ended(&StandIn::new(script).give(&mut doctor).output().expect("it starts"));
+        assert!(out.contains(words), "no `{words}` in: {out}");
+    };
+    // Each of them measures for seconds.
+    thread::scope(|scope| cases.map(|case| scope.spawn(move || examine(case))).map(|one| one.join()))
+        .into_iter()
+        .for_each(|ended| ended.expect("it found what it should"));
 }
 
 /// Graphs of a file, each the only job of its task; one after the other, so that streams are idle now and then.

@@ -60,7 +60,7 @@ const COMPUTE_MODE: Check = Check {
 const STREAM_PRIORITY: Check = Check {
     id: "gpu.stream_priority",
     why: "urgent lanes go before others on the GPU only where its streams have more than one priority",
-    fix: "look: the program deviceQuery, or the first lines of `redrt run`",
+    fix: "look: measure.cuda, of `redrt doctor` without --quick",
 };
 
 const JETSON: Check =
@@ -90,10 +90,10 @@ fn library(tree: &Tree<'_>, check: &Check, name: &str, needed: bool) -> Finding 
 fn driver(tree: &Tree<'_>, present: bool) -> Finding {
     const CHECK: Check = Check {
         id: "gpu.driver",
-        why: "the built-in kernels are PTX 7.0, which drivers understand from branch 450 on",
-        fix: "install a driver of branch 450 or later",
+        why: "the runtime wants CUDA 10.2, which drivers support from branch 440 on",
+        fix: "install a driver of branch 440 or later",
     };
-    const OLDEST_BRANCH: u32 = 450;
+    const OLDEST_BRANCH: u32 = 440;
     const VERSION: &str = "proc/driver/nvidia/version";
     if !present {
         return CHECK.pass(NO_GPU);
