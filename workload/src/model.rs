@@ -48,8 +48,8 @@ pub enum Body {
 /// What a parameter of a CUDA kernel is given.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Argument {
-    /// An integer; a parameter shorter than 64 bits takes its low ones.
-    Integer(i64),
+    /// The bits of a number; a parameter shorter than 64 bits takes the low ones.
+    Number(u64),
     /// The address of so many bytes of the device, filled from the host before the kernel runs.
     Input(u64),
     /// The address of so many bytes of the device, copied to the host after the kernel ran.

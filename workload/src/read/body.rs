@@ -1,6 +1,7 @@
 //! Bodies: what `redrt run` executes for a node.
 
 use std::path::{Component, Path};
+use std::str::FromStr;
 
 use crate::error::{Fault, Refusal};
 use crate::model::{Argument, Body};
@@ -65,12 +66,19 @@ fn arguments(field: Field<'_>) -> Result<Vec<Argument>, Fault> {
 }
 
 fn argument(item: Field<'_>) -> Result<Argument, Fault> {
-    const KINDS: [&str; 4] = ["input", "output", "scratch", "result"];
+    const KINDS: [&str; 6] = ["f32", "f64", "input", "output", "scratch", "result"];
     if !item.is_table() {
-        return item.integer().map(Argument::Integer);
+        let expected = "an integer, { f32 = \"0.5\" }, { f64 = \"0.5\" }, or memory as { input = \"4KiB\" }";
+        let integer = item.integer().map_err(|_| item.fault(Refusal::Type, expected))?;
+        return Ok(Argument::Number(integer.cast_unsigned()));
     }
     let fields = Fields::open(item.tree, "a kernel's argument", &KINDS)?;
     let kind = fields.exactly_one(&KINDS)?;
+    match kind.key {
+        "f32" => return float(kind, f32::is_finite).map(|value| Argument::Number(value.to_bits().into())),
+        "f64" => return float(kind, f64::is_finite).map(|value| Argument::Number(value.to_bits())),
+        _ => {}
+    }
     let bytes = kind.memory()?;
     if bytes == 0 {
         return Err(kind.fault(Refusal::Range, "at least one byte"));
@@ -81,6 +89,12 @@ fn argument(item: Field<'_>) -> Result<Argument, Fault> {
         "scratch" => Argument::Scratch(bytes),
         _ => Argument::Result(bytes),
     })
+}
+
+/// A number with a point, in a text: the nearest that the type has.
+fn float<F: FromStr + Copy>(field: Field<'_>, is_finite: fn(F) -> bool) -> Result<F, Fault> {
+    let value = field.text()?.parse().ok().filter(|value| is_finite(*value));
+    value.ok_or_else(|| field.fault(Refusal::Range, "a finite number such as \"0.5\" or \"-1e-3\""))
 }
 
 /// A path that stays in the workload file's folder: whoever starts a workload trusts that folder, not the disk.

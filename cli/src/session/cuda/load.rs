@@ -176,7 +176,7 @@ impl Loader<'_> {
     fn fits(&self, part: &Part, pool: usize, name: &str) -> Result<(), BodiesError> {
         let Body::Cuda { args, .. } = &part.body else { return Ok(()) };
         let bytes = args.iter().map(|arg| match arg {
-            Argument::Integer(_) => 0,
+            Argument::Number(_) => 0,
             Argument::Input(bytes)
             | Argument::Output(bytes)
             | Argument::Scratch(bytes)
@@ -225,7 +225,7 @@ impl Loader<'_> {
                 .map_err(|e| Why::Module(e.to_string()))?,
         };
         self.spin = Some(module.clone());
-        let args = vec![Argument::Integer(duration_ns.cast_signed())];
+        let args = vec![Argument::Number(duration_ns)];
         let kernel = c"red_spin".to_owned();
         Ok(Loaded::Kernel { module, kernel, grid: [1; 3], block: [1; 3], args, graph: false })
     }
@@ -316,7 +316,7 @@ impl Loader<'_> {
         };
         for (at, arg) in args.iter().enumerate() {
             let bits = match *arg {
-                Argument::Integer(value) => value.cast_unsigned(),
+                Argument::Number(bits) => bits,
                 Argument::Input(bytes) => {
                     let stages = [pinned(bytes)?, pinned(bytes)?, pinned(bytes)?, pinned(bytes)?];
                     step.inputs.push((stages, buffer(device, bytes)?));

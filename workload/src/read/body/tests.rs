@@ -4,7 +4,7 @@ use crate::model::{Argument, Body, Work};
 
 #[test]
 fn bodies_stay_in_their_folder_and_are_complete() {
-    let cuda = "cuda = { module = 'k.ptx', kernel = 'step', grid = [4, 2], block = [128], args = [-1, { input = '4KiB' }, { result = '1B' }] }";
+    let cuda = "cuda = { module = 'k.ptx', kernel = 'step', grid = [4, 2], block = [128], args = [-1, { f32 = '0.5' }, { f64 = '-1e-3' }, { input = '4KiB' }, { result = '1B' }] }";
     let node = |body: &str| format!("{{ name = 'a', wcet = '1ms', body = {{ {body} }} }}");
     let read = |body: &str| match accepted(&with_nodes(&node(body), "")).tasks.remove(0).nodes.remove(0).work
     {
@@ -12,7 +12,8 @@ fn bodies_stay_in_their_folder_and_are_complete() {
         Work::Stage(_) => panic!("an ordinary node was written"),
     };
     let (module, kernel) = ("k.ptx".to_owned(), "step".to_owned());
-    let args = vec![Argument::Integer(-1), Argument::Input(4096), Argument::Result(1)];
+    let numbers = [u64::MAX, 0x3F00_0000, 0xBF50_624D_D2F1_A9FC].map(Argument::Number);
+    let args = [&numbers[..], &[Argument::Input(4096), Argument::Result(1)]].concat();
     let expected = Body::Cuda { module, kernel, grid: [4, 2, 1], block: [128, 1, 1], args, graph: false };
     assert_eq!(read(cuda), expected);
     assert_eq!(read("onnx = './m/a.onnx'"), Body::Onnx { path: "./m/a.onnx".to_owned() });
@@ -36,7 +37,10 @@ fn bodies_stay_in_their_folder_and_are_complete() {
         (&cuda.replace("[4, 2]", "[]"), Range, "one to three"),
         (&cuda.replace("[4, 2]", "[0]"), Range, "from 1"),
         (&cuda.replace("[128]", "[1, 1, 1, 1]"), Range, "one to three"),
-        (&cuda.replace("[-1,", "[1.5,"), Type, "integer"),
+        (&cuda.replace("[-1,", "[1.5,"), Type, "{ f32 = "),
+        (&cuda.replace("'0.5'", "0.5"), Type, "text"),
+        (&cuda.replace("'0.5'", "'1e39'"), Range, "a finite number"),
+        (&cuda.replace("'-1e-3'", "'a half'"), Range, "a finite number"),
         (&cuda.replace("4KiB", "0B"), Range, "at least one byte"),
         (&cuda.replace("input", "imput"), UnknownKey, "did you mean `input`?"),
         (
