@@ -89,7 +89,14 @@ pub(crate) fn went_on(summary: &RunSummary) -> Result<(), Failure> {
             "start the process again, and mend the kernel"
         };
         return Err(Failure::Machine(format!(
-            "the device was lost, and nothing ran on it since: {error}; no process gets it back: {cure}"
+            "the device was lost, and nothing ran on it since: {error}; this process does not get it back: {cure}"
+        )));
+    }
+    if let Some(cuda) = summary.cuda.as_ref().filter(|cuda| !cuda.pools_lost.is_empty()) {
+        return Err(Failure::Machine(format!(
+            "no stream of pool `{}` is left, and what needs it was given up; start the process again, and mend the kernel \
+             that did not come to its end",
+            cuda.pools_lost.join("`, `")
         )));
     }
     match &summary.gave_up {

@@ -158,6 +158,7 @@ pub(crate) fn watch(source: &Source, options: &Options<'_>) -> Result<Session, F
         },
     )?;
     session.faults.iter().for_each(|fault| output::note(&format!("fault: {fault}")));
+    session.stream_hangs.iter().for_each(|hang| output::note(&format!("fault: {hang}")));
     if session.hung > 0 {
         output::note(&hung(&session));
     }
@@ -184,7 +185,9 @@ fn never_released<'a>(source: &'a Source, summary: &RunSummary) -> impl Iterator
 
 /// What became of bodies that did not return.
 fn hung(session: &Session) -> String {
-    let (hung, lost) = (session.hung, session.summary.lanes_lost);
+    // Those of streams have reasons of their own.
+    let of_streams = session.summary.cuda.as_ref().map_or(0, |cuda| cuda.lanes_left);
+    let (hung, lost) = (session.hung, session.summary.lanes_lost.saturating_sub(of_streams));
     let spares = if lost == 0 {
         "spare threads took their lanes, except at the end of the run".to_owned()
     } else {
@@ -251,6 +254,12 @@ fn text(summary: &RunSummary) -> String {
     row("scheduling cost per unit", time(summary.measured(summary.overhead_ns_per_unit)));
     row("allocations while running", summary.allocations.to_string());
     row("page faults while running", summary.page_faults.to_string());
+    if let Some(cuda) = &summary.cuda {
+        row("event waits, issued", cuda.event_waits_issued.to_string());
+        row("event waits, avoided", cuda.event_waits_avoided.to_string());
+        row("submissions ahead", cuda.submissions_ahead.to_string());
+        row("device memory at its highest", format!("{} bytes", cuda.device_memory_bytes));
+    }
     row("scheduler state", format!("{} bytes", summary.scheduler_bytes));
     let mode = match (summary.realtime, summary.preempt_rt) {
         (true, true) => "real time",

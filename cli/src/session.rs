@@ -15,6 +15,7 @@ use bodies::Bodies;
 use cuda::CudaPools;
 use drift::Costs;
 pub(crate) use error::SessionError;
+use faults::Names;
 use host::{Live, Notes};
 use record::{ClosedLog, Recording};
 use red_bodies::onnx::on_lane;
@@ -83,6 +84,8 @@ pub(crate) struct Session {
     pub(crate) faults: Vec<String>,
     /// Bodies that did not return within their bounds.
     pub(crate) hung: u64,
+    /// Units that did not come to their ends on their streams, in words.
+    pub(crate) stream_hangs: Vec<String>,
     /// Sub-deadlines of what ran; empty where no trace was asked for.
     pub(crate) sub_deadlines: Arc<SubDeadlines>,
     /// The log, if the run was recorded.
@@ -164,7 +167,8 @@ pub(crate) fn execute(
     let events = if options.trace { TRACE_EVENTS } else { 0 };
     // A unit has two events at least.
     let sub_deadlines = SubDeadlines::new(lanes, events / 2);
-    let costs = Costs::new(lanes, plan.nodes.iter().map(Vec::len));
+    let wcets_ns = |nodes: &Vec<Numbered>| nodes.iter().map(faults::wcet_ns).collect();
+    let costs = Costs::new(lanes, plan.nodes.iter().map(wcets_ns));
     let notes = Notes::new(tasks.clone(), deadlines, plan.changes, &jobs, events, costs, live.clone());
     let (record, mut tape) = Recording::start(source, options, &mode)?.unzip();
     for pool in (0..workload.pools.len()).filter(|pool| cuda::is_cuda(workload, *pool)) {
@@ -207,20 +211,25 @@ pub(crate) fn execute(
     summary.cost_drift = notes.costs.drifted(&names, &plan.nodes);
     let mut said = bodies.said();
     if let Some(cuda) = &cuda {
-        summary.cuda = Some(cuda.summary(figures.ahead, observer.as_ref()));
+        summary.cuda = Some(cuda.summary(workload, &figures, observer.as_ref()));
         said.extend(cuda.said());
     }
-    let faults = notes.faults.words(&names, &plan.nodes, &said, &figures.panics, figures.hung);
+    let names_of = Names { tasks: &names, nodes: &plan.nodes };
+    let faults = notes.faults.words(&names_of, &said, &(&figures).into());
+    let titles = lane_titles(workload);
+    let stream_hangs =
+        figures.stream_hangs.iter().map(|hang| faults::of_stream(&names_of, &titles, hang)).collect();
     Ok(Session {
         summary,
         faults,
-        hung: figures.hung,
+        hung: figures.hung - figures.stream_hangs.len() as u64,
+        stream_hangs,
         notes,
         nodes: plan.nodes,
         edges,
         tasks: names,
         edits,
-        lanes: lane_titles(workload),
+        lanes: titles,
         sub_deadlines,
         record,
         end_ns,

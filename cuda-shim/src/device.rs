@@ -135,6 +135,19 @@ impl Device {
         &self.0.held
     }
 
+    /// Leaves everything to the driver that this process has of it, of every device, until the process ends: nothing is
+    /// given back any more. To be called where a stream does not come to its end, because the driver would wait for that
+    /// whatever it is given back, and where the context is spent.
+    pub fn leave(&self) {
+        result::leave();
+    }
+
+    /// Whether everything is left to the driver.
+    #[must_use]
+    pub fn is_left(&self) -> bool {
+        result::is_left()
+    }
+
     /// Waits until all that was submitted in its context is done, by whomever. Not for real time.
     ///
     /// # Errors

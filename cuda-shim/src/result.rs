@@ -11,11 +11,24 @@ use core::mem::MaybeUninit;
 use core::ptr::NonNull;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 pub(crate) mod memory;
 pub(crate) mod nvml;
 
 pub(crate) type Result<T> = core::result::Result<T, CudaError>;
+
+/// Whether nothing is given back any more.
+static LEFT: AtomicBool = AtomicBool::new(false);
+
+/// Leaves all that there is to the driver until the process ends.
+pub(crate) fn leave() {
+    LEFT.store(true, Ordering::Relaxed);
+}
+
+pub(crate) fn is_left() -> bool {
+    LEFT.load(Ordering::Relaxed)
+}
 
 /// A handle of the driver's, and the call that ends it. What that answers, such as that the context is spent, nobody can
 /// do anything about.
@@ -31,8 +44,10 @@ macro_rules! handles {
 
         $(impl Drop for $name {
             fn drop(&mut self) {
-                // SAFETY: a live handle, which ends here.
-                let _unheard = unsafe { sys::$end(self.0.as_ptr()) };
+                if !is_left() {
+                    // SAFETY: a live handle, which ends here.
+                    let _unheard = unsafe { sys::$end(self.0.as_ptr()) };
+                }
             }
         })?
     )*};
@@ -145,8 +160,10 @@ unsafe impl Sync for Context {}
 
 impl Drop for Context {
     fn drop(&mut self) {
-        // SAFETY: retained once, and released here.
-        let _unheard = unsafe { sys::red_cuda_context_release(self.device) };
+        if !is_left() {
+            // SAFETY: retained once, and released here.
+            let _unheard = unsafe { sys::red_cuda_context_release(self.device) };
+        }
     }
 }
 

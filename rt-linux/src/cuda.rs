@@ -17,7 +17,7 @@ pub use order::LANES;
 
 use crate::handler::Handler;
 use crate::stream_seat::StreamSeat;
-use core::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use core::sync::atomic::{AtomicU64, Ordering};
 use order::Order;
 use red_cuda::{Called, Driver, Event, Kind, LoadError};
 use std::fmt;
@@ -37,8 +37,6 @@ pub(crate) struct Shared {
     order: Order<Event>,
     /// The error that ended the context.
     lost: OnceLock<CudaError>,
-    /// Whether a stream hangs: whatever is given back to the driver then waits for it.
-    hangs: AtomicBool,
     /// Bytes of the device that were free when the lanes began.
     free_bytes: OnceLock<usize>,
     issued: AtomicU64,
@@ -110,8 +108,8 @@ impl Cuda {
     pub fn new(device: Device, lanes: u32) -> Result<Self, CudaError> {
         let order = Order::new(lanes, || device.event())?;
         let (issued, avoided) = (AtomicU64::new(0), AtomicU64::new(0));
-        let (lost, hangs, free_bytes) = (OnceLock::new(), AtomicBool::new(false), OnceLock::new());
-        Ok(Self(Arc::new(Shared { device, order, lost, hangs, free_bytes, issued, avoided })))
+        let (lost, free_bytes) = (OnceLock::new(), OnceLock::new());
+        Ok(Self(Arc::new(Shared { device, order, lost, free_bytes, issued, avoided })))
     }
 
     /// The device: for what bodies need.

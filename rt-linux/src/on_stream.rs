@@ -6,7 +6,7 @@ use crate::clock::now_ns;
 use crate::handler::{Failed, Work};
 use crate::lane::Lane;
 use crate::panics::{BodyPanic, caught};
-use crate::report::LaneFigures;
+use crate::report::{LaneFigures, StreamHang};
 use crate::stream::{Progress, Stream, Submitted};
 use crate::stream_seat::{Ahead, StreamSeat};
 use crate::timeline::Host;
@@ -150,6 +150,8 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
             }
             if now >= bound {
                 stream.quarantine();
+                let (task, node, job) = (work.task.index(), work.node, work.job);
+                figures.stream_hangs.push(StreamHang { lane: *number, task, node, job });
                 break (false, Some(Leaves::Hangs));
             }
             if now < spin_until {

@@ -4,6 +4,7 @@ use crate::panics::BodyPanic;
 use crate::usage::Usage;
 use core::fmt;
 use hdrhistogram::Histogram;
+use red_core::NodeId;
 
 /// Figures of a run.
 #[derive(Clone, Debug)]
@@ -20,10 +21,16 @@ pub struct RunReport {
     pub allocations: u64,
     /// Executions beyond the WCET.
     pub overruns: u64,
-    /// Bodies that ran past their bound.
+    /// Bodies that ran past their bound, and units of streams that did.
     pub hung: u64,
+    /// Of these, units of streams. Their lanes are lost.
+    pub stream_hangs: Vec<StreamHang>,
+    /// Pools that are lost, a bit each: their device is gone, or none of their streams is left.
+    pub pools_lost: u32,
     /// Lanes that were lost, because no spare thread could be started, or too many never came back or died.
     pub lanes_lost: u64,
+    /// Of these, lanes that left their streams.
+    pub streams_left: u64,
     /// Lane threads that ended though nobody asked them to.
     pub threads_died: u64,
     /// Times that a lane was found off its CPU and put back.
@@ -52,6 +59,19 @@ pub struct RunReport {
     pub stopped_by: Option<Stopped>,
     /// Why the run ended itself early.
     pub gave_up: Option<Surrender>,
+}
+
+/// A unit that did not come to its end on its stream, which is left.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct StreamHang {
+    /// The lane whose stream it is.
+    pub lane: usize,
+    /// The task, by its place.
+    pub task: usize,
+    /// The node.
+    pub node: NodeId,
+    /// The how-manieth job of its task, from 0.
+    pub job: u64,
 }
 
 /// Who stopped a run before its time was over.
@@ -110,6 +130,7 @@ pub(crate) struct LaneFigures {
     pub(crate) busy_ns: u64,
     pub(crate) failed: u64,
     pub(crate) panics: Vec<BodyPanic>,
+    pub(crate) stream_hangs: Vec<StreamHang>,
     pub(crate) overruns: u64,
     pub(crate) nodes_missed: u64,
     pub(crate) faults: u64,
@@ -136,6 +157,8 @@ impl LaneFigures {
             busy_ns: 0,
             failed: 0,
             panics: Vec::with_capacity(PANICS),
+            // After it the stream is left.
+            stream_hangs: Vec::with_capacity(1),
             overruns: 0,
             nodes_missed: 0,
             faults: 0,
@@ -151,6 +174,7 @@ impl LaneFigures {
         self.units += other.units;
         self.failed += other.failed;
         self.panics.extend(other.panics);
+        self.stream_hangs.extend(other.stream_hangs);
         self.overruns += other.overruns;
         self.nodes_missed += other.nodes_missed;
         self.faults += other.faults;

@@ -240,6 +240,7 @@ where
         // Also bodies that ran at the end and did not return.
         hung: shared.hung.load(Ordering::Relaxed),
         lanes_lost: supervision.lanes_lost(),
+        streams_left: shared.left.load(Ordering::Relaxed).count_ones().into(),
         threads_died: supervision.threads_died,
         pinned_again: supervision.pinned_again,
         standstills,
@@ -247,6 +248,8 @@ where
         suspended_ns: suspended_ns().saturating_sub(suspended_before),
         failed: total.failed,
         panics: total.panics,
+        stream_hangs: total.stream_hangs,
+        pools_lost: shared.pools_lost.load(Ordering::Relaxed),
         nodes_missed: total.nodes_missed,
         counters: shared.scheduler.with(|s, _| s.counters()),
         events_dropped: shared.scheduler.with(|s, _| s.events_dropped()),

@@ -55,6 +55,8 @@ pub(crate) struct Shared<C: Capacity, H, L: Exclusive<Scheduler<C>>> {
     pub(crate) hung: AtomicU64,
     /// Lanes that left their streams, a bit each.
     pub(crate) left: AtomicU32,
+    /// Pools that are lost, a bit each.
+    pub(crate) pools_lost: AtomicU32,
     /// Units that were dispatched ahead.
     pub(crate) ahead: AtomicU64,
     pub(crate) standstills: Standstills,
@@ -85,6 +87,7 @@ impl<C: Capacity, H, L: Exclusive<Scheduler<C>>> Shared<C, H, L> {
             until_ns,
             hung: AtomicU64::new(0),
             left: AtomicU32::new(0),
+            pools_lost: AtomicU32::new(0),
             ahead: AtomicU64::new(0),
             standstills: Standstills::default(),
         })
@@ -170,13 +173,14 @@ impl<C: Capacity, H, L: Exclusive<Scheduler<C>>> Shared<C, H, L> {
         }
         self.waiting.streams[lane].iter().for_each(|stream| stream.discard());
         scheduler.retire_lane(LaneId::new(lane as u8));
-        let is_lost = why == Leaves::Lost && scheduler.lose_pool(pool, now);
-        // Lanes of a lost pool are given nothing from now on.
-        let leaves =
-            |other| other == lane || is_lost && scheduler.pool_of(LaneId::new(other as u8)) == Some(pool);
-        let left =
-            (0..self.slots.len()).filter(|other| leaves(*other)).fold(0, |left, other| left | 1 << other);
-        self.left.fetch_or(left, Ordering::Relaxed);
+        let left = self.left.fetch_or(1 << lane, Ordering::Relaxed) | 1 << lane;
+        let is_of_pool = |other: &usize| scheduler.pool_of(LaneId::new(*other as u8)) == Some(pool);
+        let of_pool = (0..self.slots.len()).filter(is_of_pool).fold(0_u32, |set, other| set | 1 << other);
+        if (why == Leaves::Lost || of_pool & !left == 0) && scheduler.lose_pool(pool, now) {
+            self.pools_lost.fetch_or(1 << pool.index(), Ordering::Relaxed);
+            // They are given nothing from now on.
+            self.left.fetch_or(of_pool, Ordering::Relaxed);
+        }
         self.hung.fetch_add((why == Leaves::Hangs).into(), Ordering::Relaxed);
     }
 }

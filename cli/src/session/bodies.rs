@@ -164,11 +164,8 @@ fn check(source: &Source) -> Result<(), BodiesError> {
         for (number, (name, part)) in parts.enumerate() {
             let why = match part.body {
                 Body::None => Why::NoBody,
-                Body::Cuda { .. } | Body::Plugin { graph: true, .. }
-                    if !is_cuda(&source.workload, part.pool) =>
-                {
-                    Why::OfDevice
-                }
+                Body::Cuda { .. } if !is_cuda(&source.workload, part.pool) => Why::OfDevice,
+                Body::Plugin { graph: true, .. } if !is_cuda(&source.workload, part.pool) => Why::Captured,
                 _ => continue,
             };
             return Err(BodiesError::of(source, task, number, &name, why));

@@ -16,6 +16,8 @@ use red_rt::clock::now_ns;
 use red_rt::control::Control;
 use red_rt::cuda::{self, Bodies, Cuda, CudaFigures, Handlers, NotSubmitted};
 use red_rt::handler::{Handler, Work};
+use red_rt::report::RunReport;
+use red_rt::stop::StopSignals;
 use red_rt::utilisation::{self, Observer, OwnAccounting, Utilisation as _};
 use red_workload::model::{PoolKind, Workload};
 use serde::Serialize;
@@ -35,6 +37,8 @@ pub(crate) struct CudaPools {
     lanes: u32,
     handlers: Option<Handlers>,
     said: Arc<Mutex<Vec<Said>>>,
+    /// Of whoever wants an end while it is loaded.
+    signals: StopSignals,
 }
 
 impl fmt::Debug for CudaPools {
@@ -64,6 +68,11 @@ pub(crate) struct CudaSummary {
     pub(crate) utilisation_max_ppm: Option<u32>,
     /// The error that ended the device's context.
     pub(crate) device_lost: Option<String>,
+    /// Pools that are lost: their device is, or none of their streams comes to its end.
+    pub(crate) pools_lost: Vec<String>,
+    /// Lanes that left their streams.
+    #[serde(skip)]
+    pub(crate) lanes_left: u64,
     /// Whether the device itself is gone, and not only the context.
     #[serde(skip)]
     pub(crate) is_gone: bool,
@@ -106,8 +115,9 @@ impl CudaPools {
             }
         }
         let said = Arc::new(Mutex::new(faults::table()));
+        let signals = StopSignals::install().map_err(SessionError::Machine)?;
         let pools = pools().map(|pool| PoolId::new(pool as u8)).collect();
-        Ok(Some(Self { cuda, pool, pools, lanes, handlers: None, said }))
+        Ok(Some(Self { cuda, pool, pools, lanes, handlers: None, said, signals }))
     }
 
     /// The device, and a stream as its lanes have them.
@@ -149,7 +159,12 @@ impl CudaPools {
     }
 
     /// What the streams did.
-    pub(crate) fn summary(&self, ahead: u64, used: Option<&Observer>) -> CudaSummary {
+    pub(crate) fn summary(
+        &self,
+        workload: &Workload,
+        run: &RunReport,
+        used: Option<&Observer>,
+    ) -> CudaSummary {
         let CudaFigures {
             event_waits_issued,
             event_waits_avoided,
@@ -158,16 +173,20 @@ impl CudaPools {
             late_memory_bytes,
         } = self.cuda.figures();
         let lost = self.cuda.lost();
+        let pools_lost =
+            workload.pools.iter().enumerate().filter(|(pool, _)| run.pools_lost >> pool & 1 != 0);
         CudaSummary {
             event_waits_issued,
             event_waits_avoided,
-            submissions_ahead: ahead,
+            submissions_ahead: run.ahead,
             device_memory_bytes,
             late_allocations,
             late_memory_bytes,
             utilisation_source: used.map_or(OwnAccounting.source(), Observer::source),
             utilisation_max_ppm: used.map(|used| used.highest().0),
             device_lost: lost.map(|error| error.to_string()),
+            pools_lost: pools_lost.map(|(_, pool)| pool.name.clone()).collect(),
+            lanes_left: run.streams_left,
             is_gone: lost.is_some_and(|error| error.kind() == Kind::Lost),
         }
     }

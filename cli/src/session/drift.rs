@@ -2,7 +2,8 @@
 //! every measured cost wrong, and nothing else tells.
 //!
 //! *Rule.* A node's cost is the median of 15 executions in a row, which no single preemption moves. It has drifted when
-//! two such medians in a row are above one and a half times the first.
+//! two such medians in a row are above one and a half times the first, and that by a twentieth of its WCET: what is small
+//! beside that changes no schedule.
 
 use red_core::{Event, EventKind, Instant};
 use red_workload::build::Numbered;
@@ -11,6 +12,8 @@ use serde::Serialize;
 const WINDOW: usize = 15;
 /// What is no drift yet, in percent of the first median.
 const STILL_PERCENT: u128 = 150;
+/// Nor is less than this part of the WCET.
+const PART_OF_WCET: u64 = 20;
 
 /// A node whose cost has drifted.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -42,6 +45,7 @@ struct Cost {
     window: [u64; WINDOW],
     taken: usize,
     before_ns: u64,
+    wcet_ns: u64,
     /// Medians in a row that were too large.
     above: u8,
     /// What it took then, and when.
@@ -49,10 +53,11 @@ struct Cost {
 }
 
 impl Costs {
-    /// Of tasks with so many nodes.
-    pub(crate) fn new(lanes: usize, nodes: impl Iterator<Item = usize>) -> Self {
-        let of_task = |nodes| vec![Cost::default(); nodes];
-        Self { started: vec![None; lanes], nodes: nodes.map(of_task).collect(), last: 0 }
+    /// Of tasks whose nodes have these WCETs, in nanoseconds.
+    pub(crate) fn new(lanes: usize, wcets_ns: impl Iterator<Item = Vec<u64>>) -> Self {
+        let of_node = |wcet_ns| Cost { wcet_ns, ..Cost::default() };
+        let of_task = |wcets_ns: Vec<u64>| wcets_ns.into_iter().map(of_node).collect();
+        Self { started: vec![None; lanes], nodes: wcets_ns.map(of_task).collect(), last: 0 }
     }
 
     /// Follows the record. The node that drifted last, if one has, as the live view names it.
@@ -105,7 +110,8 @@ impl Cost {
             // A marker node costs nothing, whatever it took once.
             self.before_ns = median.max(LEAST_NS);
         }
-        let is_above = u128::from(median) * 100 > u128::from(self.before_ns) * STILL_PERCENT;
+        let is_above = u128::from(median) * 100 > u128::from(self.before_ns) * STILL_PERCENT
+            && median - self.before_ns > self.wcet_ns / PART_OF_WCET;
         self.above = if is_above { self.above + 1 } else { 0 };
         if self.above == 2 {
             self.drifted = Some((median, at_ns));
@@ -122,9 +128,11 @@ mod tests {
     use super::*;
     use red_core::{Empty, LaneId, NodeId, TaskId};
 
+    const WCET_NS: u64 = 1_000_000;
+
     /// What is told when a node takes these times, one after the other.
     fn told(times_us: &[u64]) -> Vec<u64> {
-        let mut costs = Costs::new(1, [2].into_iter());
+        let mut costs = Costs::new(1, [vec![0, WCET_NS]].into_iter());
         let mut now = 0;
         let mut event = |kind, at| {
             let event = Event {
@@ -159,7 +167,8 @@ mod tests {
         let once: Vec<u64> =
             once.into_iter().enumerate().map(|(i, t)| if i < 45 { t } else { 100 }).collect();
         let short = [[1; 30], [40; 30]].concat();
-        for times in [spikes, once, [[100; 30], [149; 30]].concat(), short] {
+        let beside_wcet = [[60; 30], [109; 30]].concat();
+        for times in [spikes, once, [[100; 30], [149; 30]].concat(), short, beside_wcet] {
             assert!(told(&times).iter().all(|told| *told == 0), "{times:?}");
         }
     }

@@ -4,7 +4,8 @@ use red_bodies::BodyError;
 use red_core::{Event, EventKind, ShedReason};
 use red_cuda::CudaError;
 use red_rt::panics::BodyPanic;
-use red_workload::build::Numbered;
+use red_rt::report::{RunReport, StreamHang};
+use red_workload::build::{Numbered, Role};
 use red_workload::{shown, shown_path};
 
 /// Faults that are told one by one.
@@ -56,6 +57,67 @@ pub(crate) fn say(table: &mut Vec<Said>, said: Said) {
     }
 }
 
+/// What tasks and their nodes are called.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Names<'a> {
+    pub(crate) tasks: &'a [String],
+    pub(crate) nodes: &'a [Vec<Numbered>],
+}
+
+impl Names<'_> {
+    fn of(&self, task: usize, node: usize) -> String {
+        format!("`{}.{}`", self.tasks[task], self.nodes[task][node].name)
+    }
+
+    /// The pool whose lanes run a node.
+    fn pool(&self, task: usize, node: usize) -> usize {
+        match &self.nodes[task][node].role {
+            Role::Plain(part) | Role::Encoder { part, .. } | Role::Decoder { part, .. } => part.pool,
+            Role::Coarse(stage) => stage.encoder.pool,
+        }
+    }
+}
+
+/// The WCET of a node, in nanoseconds.
+pub(crate) fn wcet_ns(node: &Numbered) -> u64 {
+    match &node.role {
+        Role::Plain(part) | Role::Encoder { part, .. } | Role::Decoder { part, .. } => part.wcet_ns,
+        Role::Coarse(stage) => stage
+            .decoders
+            .iter()
+            .fold(stage.encoder.wcet_ns, |sum, (_, part)| sum.saturating_add(part.wcet_ns)),
+    }
+}
+
+/// What a run says of its lanes.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Happened<'a> {
+    panics: &'a [BodyPanic],
+    /// Bodies and units of streams that ran past their bounds, and the latter alone.
+    hung: u64,
+    stream_hangs: &'a [StreamHang],
+    /// A bit each.
+    pools_lost: u32,
+}
+
+impl<'a> From<&'a RunReport> for Happened<'a> {
+    fn from(run: &'a RunReport) -> Self {
+        let RunReport { panics, hung, stream_hangs, pools_lost, .. } = run;
+        Self { panics, hung: *hung, stream_hangs, pools_lost: *pools_lost }
+    }
+}
+
+/// A unit that did not come to its end on its stream.
+pub(crate) fn of_stream(names: &Names<'_>, lanes: &[String], hang: &StreamHang) -> String {
+    let StreamHang { lane, task, node, job } = *hang;
+    format!(
+        "job {job}: node {} did not come to its end on its stream within 10 times its WCET and 100 ms; {} is left; mend the \
+         kernel",
+        names.of(task, node.index()),
+        lanes[lane]
+    )
+}
+
 /// Jobs that were given up because a body of theirs failed.
 #[derive(Debug)]
 pub(crate) struct Faults {
@@ -63,13 +125,16 @@ pub(crate) struct Faults {
     running: Vec<Option<(usize, u64, usize)>>,
     /// Task and job, and the nodes of which one is at fault.
     jobs: Vec<(usize, u64, [Option<usize>; 2])>,
+    /// Jobs of which nothing ran: what was to be submitted failed, or their pool is lost.
+    idle: Vec<(usize, u64)>,
     more: u64,
 }
 
 impl Faults {
     /// None yet.
     pub(crate) fn new(lanes: usize) -> Self {
-        Self { running: vec![None; lanes], jobs: Vec::with_capacity(MOST), more: 0 }
+        let (jobs, idle) = (Vec::with_capacity(MOST), Vec::with_capacity(MOST));
+        Self { running: vec![None; lanes], jobs, idle, more: 0 }
     }
 
     /// Follows the record.
@@ -78,12 +143,17 @@ impl Faults {
         match event.kind {
             EventKind::Started => self.run(event, Some((task, job, event.node.index()))),
             EventKind::Completed => self.run(event, None),
-            EventKind::Shed(ShedReason::Fault) if self.jobs.len() < self.jobs.capacity() => {
+            EventKind::Shed(ShedReason::Fault) => {
                 let ran = self.running.iter().flatten().filter(|(t, j, _)| (*t, *j) == (task, job));
                 let mut nodes = ran.map(|(_, _, node)| *node);
-                self.jobs.push((task, job, [nodes.next(), nodes.next()]));
+                match [nodes.next(), nodes.next()] {
+                    [None, _] if self.idle.len() < self.idle.capacity() => self.idle.push((task, job)),
+                    ran @ [Some(_), _] if self.jobs.len() < self.jobs.capacity() => {
+                        self.jobs.push((task, job, ran));
+                    }
+                    _ => self.more += 1,
+                }
             }
-            EventKind::Shed(ShedReason::Fault) => self.more += 1,
             _ => {}
         }
     }
@@ -94,25 +164,34 @@ impl Faults {
         }
     }
 
-    /// One line for each. `hung` is how many bodies the watchdog gave up.
-    pub(crate) fn words(
-        &self,
-        tasks: &[String],
-        nodes: &[Vec<Numbered>],
-        said: &[Said],
-        panics: &[BodyPanic],
-        hung: u64,
-    ) -> Vec<String> {
+    /// One line for each.
+    pub(crate) fn words(&self, names: &Names<'_>, said: &[Said], run: &Happened<'_>) -> Vec<String> {
         let panicked = |panic: &BodyPanic| {
-            let node = &nodes[panic.task][panic.node.index()].name;
             let message = panic.message.escape_debug();
-            format!("job {}: node `{}.{node}` panicked: {message}", panic.job, tasks[panic.task])
+            format!(
+                "job {}: node {} panicked: {message}",
+                panic.job,
+                names.of(panic.task, panic.node.index())
+            )
         };
         let panic_of =
-            |task: usize, job: u64| panics.iter().find(|panic| (panic.task, panic.job) == (task, job));
-        let error_of = |task: usize, job: u64| said.iter().find(|(t, j, ..)| (*t, *j) == (task, job));
-        let silent = |(t, j, _): &&(usize, u64, _)| panic_of(*t, *j).is_none() && error_of(*t, *j).is_none();
+            |task: usize, job: u64| run.panics.iter().find(|panic| (panic.task, panic.job) == (task, job));
+        let told = |task: usize, job: u64| {
+            let error_of = || said.iter().find(|(t, j, ..)| (*t, *j) == (task, job));
+            panic_of(task, job).map(panicked).or_else(|| {
+                let (_, _, node, error) = error_of()?;
+                Some(format!("job {job}: node {}: {}", names.of(task, *node), error.told()))
+            })
+        };
+        let is_lost = |task: usize, node: usize| run.pools_lost >> names.pool(task, node) & 1 != 0;
+        // What ran on a device that is lost ended with it; and a stream that hangs is told by itself.
+        let with_device = |task: usize, job: u64, ran: &[Option<usize>; 2]| {
+            let hangs = run.stream_hangs.iter().any(|hang| (hang.task, hang.job) == (task, job));
+            hangs || ran.iter().flatten().any(|node| is_lost(task, *node))
+        };
+        let silent = |(t, j, ran): &&(usize, u64, _)| told(*t, *j).is_none() && !with_device(*t, *j, ran);
         // A lane that is lost takes the words of its panics along.
+        let hung = run.hung.saturating_sub(run.stream_hangs.len() as u64);
         let how = match hung {
             0 => "panicked",
             hung if self.jobs.iter().filter(silent).count() as u64 <= hung => {
@@ -120,27 +199,40 @@ impl Faults {
             }
             _ => "panicked or did not return within its bound",
         };
-        let of_job = |(task, job, ran): &(usize, u64, [Option<usize>; 2])| {
-            let name = |node: usize| format!("`{}.{}`", tasks[*task], nodes[*task][node].name);
-            if let Some(panic) = panic_of(*task, *job) {
-                return panicked(panic);
-            }
-            if let Some((_, _, node, error)) = error_of(*task, *job) {
-                let error = error.told();
-                return format!("job {job}: node {}: {error}", name(*node));
-            }
-            let nodes: Vec<String> = ran.iter().flatten().map(|node| name(*node)).collect();
+        let mut ended_with_device = 0;
+        let mut words = Vec::new();
+        for (task, job, ran) in &self.jobs {
+            let nodes: Vec<String> = ran.iter().flatten().map(|node| names.of(*task, *node)).collect();
             let nodes = nodes.join(" or ");
-            format!("job {job}: the body of node {nodes} {how}; mend the body")
-        };
-        let mut words: Vec<String> = self.jobs.iter().map(of_job).collect();
-        if self.more > 0 {
+            if let Some(told) = told(*task, *job) {
+                words.push(told);
+            } else if with_device(*task, *job, ran) {
+                ended_with_device += 1;
+            } else {
+                words.push(format!("job {job}: the body of node {nodes} {how}; mend the body"));
+            }
+        }
+        for (task, job) in &self.idle {
+            match told(*task, *job) {
+                Some(told) => words.push(told),
+                None => ended_with_device += 1,
+            }
+        }
+        if ended_with_device > 0 && run.pools_lost != 0 {
+            words.push(format!(
+                "{} jobs that needed what was lost were given up",
+                ended_with_device + self.more
+            ));
+        } else if self.more > 0 {
             words.push(format!("{} more jobs failed", self.more));
         } else {
             // In jobs that had been given up for another reason.
-            let untold =
-                |panic: &&BodyPanic| self.jobs.iter().all(|(t, j, _)| (*t, *j) != (panic.task, panic.job));
-            words.extend(panics.iter().filter(untold).map(panicked));
+            let untold = |panic: &&BodyPanic| {
+                let known =
+                    self.jobs.iter().map(|(task, job, _)| (*task, *job)).chain(self.idle.iter().copied());
+                known.into_iter().all(|job| job != (panic.task, panic.job))
+            };
+            words.extend(run.panics.iter().filter(untold).map(panicked));
         }
         words
     }

@@ -11,6 +11,12 @@ fn words(line: &str) -> Vec<&str> {
     line.split(' ').collect()
 }
 
+/// Where the warm-up of all bodies is over: the lanes' own streams are made after it, and no later ones.
+pub(crate) fn warm(log: &[String]) -> usize {
+    let made = |line: &String| line.starts_with("call cuStreamCreateWithPriority");
+    log.iter().rposition(made).expect("a lane has a stream")
+}
+
 /// How often each kernel ran, and panics if one began before the end of another that it depends on. The n-th run of a
 /// kernel is of the n-th job.
 pub(crate) fn precedence<'l>(log: &'l [String], edges: &Edges<'_>) -> HashMap<&'l str, usize> {

@@ -5,6 +5,8 @@ mod log;
 mod process;
 
 use log::Edges;
+use nix::sys::signal::{Signal, kill};
+use nix::unistd::Pid;
 use process::{command, ended, file};
 use red_core::Ppm;
 use red_cuda_stand_in::StandIn;
@@ -13,7 +15,9 @@ use serde_json::Value;
 use std::fmt::Write;
 use std::fs;
 use std::path::Path;
+use std::process::Stdio;
 use std::thread;
+use std::time::Duration;
 
 const SCENE: &str = "examples/obstacle-cuda.toml";
 /// As the scene's kernels take on a small board.
@@ -82,9 +86,7 @@ fn captured_graphs_keep_the_same_order_in_one_launch_each() {
         let ran = summary(run(&stand_in, path.to_str().expect("UTF-8"), &more));
         assert_eq!(count(&ran["tasks"][0], "on_time"), 18, "{ran}");
         let log = stand_in.log();
-        let begin = log.iter().position(|line| line.starts_with("call cuEventRecord")).expect("a mark");
-        let warm =
-            log[..begin].iter().rposition(|line| line.starts_with("call cuCtxSynchronize")).expect("one");
+        let warm = log::warm(&log);
         let runs = log::precedence(&log[warm..], &edges);
         assert_eq!((runs["encode"], runs["lane"], runs["segment"]), (18, 18, 18), "{policy}");
         let calls = |name: &str| log[warm..].iter().filter(|line| line.contains(name)).count();
@@ -133,6 +135,7 @@ fn the_summary_has_the_keys_of_a_run_on_the_cpu_and_those_of_the_device() {
         "utilisation_source",
         "utilisation_max_ppm",
         "device_lost",
+        "pools_lost",
     ];
     let (mut all, mut expected) = (keys(&on_device), keys(&on_cpu));
     assert!(!own.iter().any(|key| expected.iter().any(|other| other == key)));
@@ -210,6 +213,79 @@ fn a_profile_of_streams_has_what_events_say_and_writes_it_back() {
         let expected = if words == "nvidia-smi" { 3 } else { 2 };
         assert!(status == expected && told.contains(words), "{status}: {told}");
     }
+}
+
+/// A pool of one stream with a stage of these arguments, and a node of its own behind it.
+fn stage(encoder: &str, decoder: &str, alone: &str) -> String {
+    let cuda = |args: &str| {
+        format!("cuda = {{ module = 'stage.ptx', kernel = 'k', grid = [1], block = [32], args = [{args}] }}")
+    };
+    file("stage.ptx", b".version 6.0\n.visible .entry k() { ret; }\n");
+    format!(
+        "pool = [{{ name = 'gpu', kind = 'cuda', lanes = 1 }}]
+[[task]]
+name = 't'
+deadline = '50ms'
+period = '50ms'
+[[task.node]]
+name = 's'
+mimonet = {{ weights = 'w', frame = 'f', encoder = {{ wcet = '5ms', body = {{ {} }} }}, decoders = [{{ name = 'd', wcet = '5ms', body = {{ {} }} }}] }}
+[[task.node]]
+name = 'n'
+after = ['s']
+wcet = '5ms'
+body = {{ {} }}
+",
+        cuda(encoder),
+        cuda(decoder),
+        cuda(alone)
+    )
+}
+
+#[test]
+fn results_are_of_a_stage_and_of_one_size() {
+    let (four, eight) = ("{ result = '4KiB' }", "{ result = '8KiB' }");
+    let cases = [
+        (four, four, "", 0, ""),
+        (four, "1", "", 0, ""),
+        (
+            four,
+            eight,
+            "",
+            2,
+            "reads a result of 8192 bytes, and its encoder writes 4096; expected { result = \"4096B\" }",
+        ),
+        ("", eight, "", 2, "its encoder's kernel writes none; expected { result = \"8192B\" } among"),
+        (four, four, four, 2, "which only an encoder writes"),
+        (&format!("{four}, {four}"), four, "", 2, "one `result` at most"),
+    ];
+    for (encoder, decoder, alone, expected, words) in cases {
+        for policy in ["redrt", "edf"] {
+            let path = file("stage.toml", stage(encoder, decoder, alone).as_bytes());
+            let more = ["--duration", "100ms", "--policy", policy];
+            let (status, _, told) = run(&StandIn::new(""), path.to_str().expect("UTF-8"), &more);
+            assert!(
+                status == expected && told.contains(words),
+                "{encoder} {decoder} {policy}: {status}: {told}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_kernel_that_never_ends_before_the_start_keeps_nobody_who_wants_to_stop() {
+    let path = file("endless.toml", stage("", "", "").as_bytes());
+    let stand_in = StandIn::new("hang k 2");
+    let mut command = command(&["run", path.to_str().expect("UTF-8"), "--best-effort"]);
+    let run =
+        stand_in.give(&mut command).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("it starts");
+    while !stand_in.log().iter().any(|line| line.starts_with("begin 2 k") || line.starts_with("begin 3 k")) {
+        thread::sleep(Duration::from_millis(10));
+    }
+    kill(Pid::from_raw(run.id() as i32), Signal::SIGINT).expect("it is there");
+    let (status, _, told) = ended(&run.wait_with_output().expect("it ends"));
+    let words = "did not come to its end on the device within 1 s, when it was run once before the start; mend the kernel";
+    assert!(status == 2 && told.contains("`t.s.d`") && told.contains(words), "{status}: {told}");
 }
 
 #[test]
@@ -310,10 +386,7 @@ fn a_thousand_random_graphs_keep_precedence_and_wait_for_nothing_else() {
         }
         let log = stand_in.log();
         let edges: Edges<'_> = edges.iter().map(|(from, to)| (from.as_str(), to.as_str())).collect();
-        // Every kernel ran in the warm-up of each lane, which is over before the first mark.
-        let begin = log.iter().position(|line| line.starts_with("call cuEventRecord")).unwrap_or(log.len());
-        let warm =
-            log[..begin].iter().rposition(|line| line.starts_with("call cuCtxSynchronize")).unwrap_or(0);
+        let warm = log::warm(&log);
         log::precedence(&log[warm..], &edges);
         assert_eq!(log::waits(&log, &edges) as u64, count(&ran, "event_waits_issued"), "seed {seed}");
         graphs += GRAPHS;

@@ -125,6 +125,8 @@ fn loses(row: &str, code: i32, words: &[&str]) {
     for words in words.iter().chain(&["the device was lost", "start"]) {
         assert!(told.contains(words), "no `{words}` in: {told}");
     }
+    assert!(told.contains("jobs that needed what was lost were given up"), "{told}");
+    assert!(!told.contains("mend the body") && !told.contains("no process gets it back"), "{told}");
     let [sees, steers] = jobs(&summary);
     assert_eq!(sees, [30, 5, 25], "its jobs end at once, and later ones as they are released: {summary}");
     assert_eq!(steers, [30, 30, 0], "the CPU goes on");
@@ -169,6 +171,24 @@ fn row_64_a_device_that_is_gone_is_to_be_waited_for_and_given_up_after_a_few_sta
     ends_with_it();
 }
 
+/// What needs a pool of which no stream is left is given up, and the run is to be started again.
+fn all_streams_hang() {
+    let path = workload("row-65-all", "");
+    let text = std::fs::read_to_string(&path).expect("it was written");
+    let one = file("row-65-one.toml", text.replace("lanes = 2", "lanes = 1").as_bytes());
+    assert_ne!(std::fs::read_to_string(&one).expect("it was written"), text);
+    let stand_in = StandIn::new(&format!("hang second {}", WARM_UPS / 2 + 6));
+    let (status, summary, told) = run(&stand_in, one.to_str().expect("UTF-8"));
+    let [[released, on_time, shed], steers] = jobs(&summary);
+    assert_eq!((status, steers, released, on_time + shed), (3, [30, 30, 0], 30, 30), "{summary}: {told}");
+    assert!(on_time < 10, "{summary}");
+    assert_eq!((&summary["pools_lost"][0], &summary["device_lost"]), (&"gpu".into(), &Value::Null), "{told}");
+    assert!(
+        told.contains("no stream of pool `gpu` is left") && told.contains("start the process again"),
+        "{told}"
+    );
+}
+
 #[test]
 fn row_65_a_stream_that_hangs_is_left_at_a_bound_and_the_other_goes_on() {
     let stand_in = StandIn::new(&format!("hang second {}", WARM_UPS + 6));
@@ -177,6 +197,11 @@ fn row_65_a_stream_that_hangs_is_left_at_a_bound_and_the_other_goes_on() {
     let [[released, on_time, shed], steers] = jobs(&summary);
     assert_eq!((on_time, shed, steers), (released - 1, 1, [30, 30, 0]), "{summary}");
     assert_eq!((count(&summary, "lanes_lost"), &summary["device_lost"]), (1, &Value::Null));
+    for words in ["node `sees.second` did not come to its end on its stream", "is left; mend the kernel"] {
+        assert!(told.contains(words), "no `{words}` in: {told}");
+    }
+    assert!(!told.contains("ulimit") && !told.contains("mend the body"), "{told}");
+    all_streams_hang();
     // On the stream that hangs nothing was submitted after that.
     let log = stand_in.log();
     let of = |line: &str| line.split(' ').nth(1).unwrap_or_default().to_owned();
@@ -234,7 +259,16 @@ fn row_67_everything_is_used_once_before_the_start_and_what_comes_late_is_counte
         "{told}"
     );
     let log = stand_in.log();
-    let first = log.iter().position(|line| line.starts_with("call cuEventRecord")).expect("a mark");
+    // A stream that warms up is marked once.
+    let marked = |line: &str| {
+        line.strip_prefix("call cuEventRecord ").map(|rest| rest.split(' ').next().map(str::to_owned))
+    };
+    let of_lane = |line: &String| {
+        marked(line).is_some_and(|stream| {
+            log.iter().filter(|other| marked(other) == Some(stream.clone())).count() > 1
+        })
+    };
+    let first = log.iter().position(of_lane).expect("a mark");
     let warm = |kernel: &str| {
         log[..first].iter().filter(|line| line.starts_with("end") && line.ends_with(kernel)).count() as u64
     };

@@ -1,7 +1,7 @@
 //! Memory of device and host, and copies between them.
 #![allow(unsafe_code, reason = "calls of C, and memory that it gives")]
 
-use super::{Result, Stream, done, handle, made};
+use super::{Result, Stream, done, handle, is_left, made};
 use crate::sys;
 use core::ptr::NonNull;
 
@@ -22,8 +22,10 @@ pub(crate) struct DeviceMemory {
 
 impl Drop for DeviceMemory {
     fn drop(&mut self) {
-        // SAFETY: live memory, which ends here; kernels that use it still are the driver's to wait for.
-        let _unheard = unsafe { sys::red_cuda_memory_free(self.address) };
+        if !is_left() {
+            // SAFETY: live memory, which ends here; kernels that use it still are the driver's to wait for.
+            let _unheard = unsafe { sys::red_cuda_memory_free(self.address) };
+        }
     }
 }
 
@@ -48,8 +50,10 @@ pub(crate) struct HostMemory {
 
 impl Drop for HostMemory {
     fn drop(&mut self) {
-        // SAFETY: live memory, which ends here; copies that use it still are the driver's to wait for.
-        let _unheard = unsafe { sys::red_cuda_host_free(self.address.as_ptr().cast()) };
+        if !is_left() {
+            // SAFETY: live memory, which ends here; copies that use it still are the driver's to wait for.
+            let _unheard = unsafe { sys::red_cuda_host_free(self.address.as_ptr().cast()) };
+        }
     }
 }
 

@@ -56,19 +56,15 @@ pub(super) struct OnDevice {
     own: Own,
     lane: usize,
     /// There until it is dropped.
-    held: Option<Box<Held>>,
-    under_way: VecDeque<UnderWay>,
-}
-
-/// What is left to a device that would not give it back, until the process ends.
-static LEFT: Mutex<Vec<Held>> = Mutex::new(Vec::new());
-
-struct Held {
-    bodies: Box<dyn Bodies>,
+    bodies: Option<Box<dyn Bodies>>,
     stream: Stream,
     /// Where the driver's thread is asked to ring: in the stream itself, what comes next would wait for that.
     calls: Stream,
+    under_way: VecDeque<UnderWay>,
 }
+
+/// Bodies that would give something back to a device that takes nothing back any more: there until the process ends.
+static LEFT: Mutex<Vec<Box<dyn Bodies>>> = Mutex::new(Vec::new());
 
 impl OnDevice {
     pub(super) fn new(
@@ -79,8 +75,7 @@ impl OnDevice {
         bodies: Box<dyn Bodies>,
     ) -> Self {
         let under_way = VecDeque::with_capacity(UNDER_WAY);
-        let held = Some(Box::new(Held { bodies, stream, calls }));
-        Self { cuda, own: Own::of(lane), lane, held, under_way }
+        Self { cuda, own: Own::of(lane), lane, bodies: Some(bodies), stream, calls, under_way }
     }
 
     /// Keeps an error that ends the context.
@@ -88,6 +83,7 @@ impl OnDevice {
         if error.is_sticky() {
             // The first one is the cause.
             let _later = self.cuda.lost.set(error);
+            self.cuda.device.leave();
         }
     }
 
@@ -126,8 +122,8 @@ impl Handler for OnDevice {
         // Before the lanes' own first units, by whichever lane comes first.
         free.map(|free| self.cuda.free_bytes.set(free));
         self.cuda.device.seal();
-        if let Some(held) = &mut self.held {
-            held.bodies.begin(origin_ns);
+        if let Some(bodies) = &mut self.bodies {
+            bodies.begin(origin_ns);
         }
     }
 }
@@ -137,16 +133,16 @@ impl OnStream for OnDevice {
         if self.is_lost() {
             return Submitted::Failed;
         }
-        let Self { cuda, own, held: Some(held), .. } = self else { return Submitted::Failed };
-        let waited = cuda.order.wait_for(own, after, |event| held.stream.wait_for(event));
+        let Self { cuda, own, bodies: Some(bodies), stream, .. } = self else { return Submitted::Failed };
+        let waited = cuda.order.wait_for(own, after, |event| stream.wait_for(event));
         let waits = match waited {
             Ok(Some(waits)) => Ok(waits),
             Ok(None) => return Submitted::NotYet,
             Err(error) => Err(NotSubmitted::Driver(error)),
         };
-        let submitted = waits.and_then(|waits| held.bodies.submit(work, &held.stream).map(|()| waits));
+        let submitted = waits.and_then(|waits| bodies.submit(work, stream).map(|()| waits));
         // Also where nothing was submitted, for others may wait for it.
-        let marked = cuda.order.mark(own, work.unit, |event| held.stream.record(event));
+        let marked = cuda.order.mark(own, work.unit, |event| stream.record(event));
         let given = submitted.and_then(|waits| Ok((waits, marked?)));
         match given {
             Ok((waits, turn)) => {
@@ -190,13 +186,12 @@ impl OnStream for OnDevice {
     fn call(&mut self, seat: &Arc<StreamSeat>) -> Result<(), Failed> {
         let turn = self.under_way.front().ok_or(Failed)?.turn;
         let event = self.cuda.order.event(self.lane, turn).ok_or(Failed)?;
-        let calls = &self.held.as_ref().ok_or(Failed)?.calls;
-        let called = calls.wait_for(event).and_then(|()| calls.call(seat.clone()));
+        let called = self.calls.wait_for(event).and_then(|()| self.calls.call(seat.clone()));
         self.noted(called).ok_or(Failed)
     }
 
     fn quarantine(&mut self) {
-        self.cuda.hangs.store(true, Ordering::Relaxed);
+        self.cuda.device.leave();
     }
 
     fn is_lost(&mut self) -> bool {
@@ -206,10 +201,8 @@ impl OnStream for OnDevice {
 
 impl Drop for OnDevice {
     fn drop(&mut self) {
-        // Giving anything back waits for the streams of the device, of which one never ends; and of a context that is spent
-        // nothing can be given back.
-        if self.cuda.hangs.load(Ordering::Relaxed) || self.is_lost() {
-            LEFT.lock().unwrap_or_else(PoisonError::into_inner).extend(self.held.take().map(|held| *held));
+        if self.cuda.device.is_left() {
+            LEFT.lock().unwrap_or_else(PoisonError::into_inner).extend(self.bodies.take());
         }
     }
 }

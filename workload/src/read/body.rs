@@ -62,7 +62,11 @@ fn arguments(field: Field<'_>) -> Result<Vec<Argument>, Fault> {
     if items.len() > MAX_KERNEL_ARGUMENTS {
         return Err(field.fault(Refusal::Limit, format!("at most {MAX_KERNEL_ARGUMENTS} arguments")));
     }
-    items.map(argument).collect()
+    let arguments: Vec<_> = items.map(argument).collect::<Result<_, _>>()?;
+    if arguments.iter().filter(|argument| matches!(argument, Argument::Result(_))).count() > 1 {
+        return Err(field.fault(Refusal::Conflict, "one `result` at most"));
+    }
+    Ok(arguments)
 }
 
 fn argument(item: Field<'_>) -> Result<Argument, Fault> {

@@ -23,14 +23,22 @@ pub(crate) enum Why {
     OfDevice,
     /// It runs on the CPU, and its pool is of a CUDA device.
     OfHost,
+    /// It is to be captured as a CUDA graph, and its pool is of the CPU.
+    Captured,
     /// Its encoder runs in a pool of another kind, whose results it cannot read.
     Apart,
     /// The driver does not take its module.
     Module(String),
     /// Its module has no kernel of this name.
     Kernel(String),
-    /// The device refuses it; where memory is short, how much is free, and of how much.
-    Device { error: String, memory: Option<(usize, usize)> },
+    /// The device refuses it: what to do, and where memory is short, how much is free, and of how much.
+    Device { error: String, cure: &'static str, memory: Option<(usize, usize)> },
+    /// Its kernel did not come to its end in the run before the start, within so many seconds or until a signal came.
+    Endless { waited_s: u64 },
+    /// It reads a result of so many bytes; its encoder writes another one, or none.
+    Result { reads: u64, writes: Option<u64> },
+    /// It has a result without being of a stage.
+    NoStage,
     /// Its buffers, for one lane, take more bytes of the device than its `memory` says, in a pool with a budget.
     Footprint { takes: u64, says: u64 },
     /// Its file could not be used.
@@ -68,6 +76,27 @@ impl fmt::Display for BodiesError {
                 " has an onnx body, which runs on the CPU, in a pool of kind cuda; expected a cuda body, a plugin that \
                  submits to the stream that it is given, or another pool",
             ),
+            Why::Captured => f.write_str(
+                " has graph = true in a pool of the CPU; expected kind = \"cuda\" for its pool, or a body without `graph`",
+            ),
+            Why::Endless { waited_s } => write!(
+                f,
+                " did not come to its end on the device within {waited_s} s, when it was run once before the start; mend the \
+                 kernel"
+            ),
+            Why::Result { reads, writes: Some(writes) } => write!(
+                f,
+                " reads a result of {reads} bytes, and its encoder writes {writes}; expected {{ result = \"{writes}B\" }}"
+            ),
+            Why::Result { reads, writes: None } => write!(
+                f,
+                " reads a result, and its encoder's kernel writes none; expected {{ result = \"{reads}B\" }} among the \
+                 encoder's arguments"
+            ),
+            Why::NoStage => f.write_str(
+                " has a result, which only an encoder writes and its decoders read; expected { output = \"...\" } or \
+                 { scratch = \"...\" }, or a stage",
+            ),
             Why::Apart => f.write_str(
                 " is a decoder in a pool of another kind than its encoder's, whose result it cannot read; expected one \
                  kind for the stage",
@@ -76,8 +105,8 @@ impl fmt::Display for BodiesError {
             Why::Kernel(kernel) => {
                 write!(f, ": its module has no kernel `{}`; expected the name behind .entry", shown(kernel))
             }
-            Why::Device { error, memory: None } => write!(f, " does not run on the device: {error}"),
-            Why::Device { error, memory: Some((free, total)) } => write!(
+            Why::Device { error, cure, memory: None } => write!(f, " does not run on the device: {error}; {cure}"),
+            Why::Device { error, memory: Some((free, total)), .. } => write!(
                 f,
                 " needs more of the device's memory than is left: {error}; {free} of {total} bytes are free; use \
                  smaller arguments or fewer lanes, or end what else uses the device"

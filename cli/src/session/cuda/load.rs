@@ -8,7 +8,7 @@ use crate::session::faults::Fault;
 use red_bodies::plugin::{Host as PluginHost, Plugin};
 use red_bodies::scene::Scene;
 use red_bodies::{SPIN_PTX, contents, within};
-use red_cuda::{Arguments, Buffer, CudaError, Device, Kernel, Module};
+use red_cuda::{Arguments, Buffer, CudaError, Device, Kernel, Kind, Module, Stream};
 use red_rt::cuda::Bodies;
 use red_workload::Source;
 use red_workload::build::{Numbered, Role};
@@ -17,9 +17,16 @@ use std::collections::HashMap;
 use std::ffi::CString;
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::thread;
+use std::time::{Duration, Instant};
 
 /// Largest module, in bytes.
 const MOST_MODULE_BYTES: u64 = 256 << 20;
+/// How long a kernel may take in its first run, before the start; once somebody wants the run to stop, no longer than that.
+const PATIENCE: Duration = Duration::from_secs(10);
+const PATIENCE_AFTER_SIGNAL: Duration = Duration::from_secs(1);
+/// Between two looks at it.
+const LOOK: Duration = Duration::from_micros(50);
 /// Results that may be kept at a time, at most.
 const MOST_RESULTS: u64 = 256;
 
@@ -78,6 +85,7 @@ impl CudaPools {
                 for (name, part, pool) in parts(numbered) {
                     if is_cuda(workload, pool) {
                         loader.fits(part, pool, &name)?;
+                        loader.agrees(part, encoder_of(numbered, of_task), &name)?;
                         let loaded = loader.load(part, &name)?;
                         let is_whole = matches!(numbered.role, Role::Coarse(_));
                         for lane in lanes_of(workload, pool) {
@@ -141,6 +149,18 @@ fn parts(numbered: &Numbered) -> Vec<(String, &Part, usize)> {
     }
 }
 
+/// The encoder whose result a node may have: of a decoder that of another node, of all others their own, if they have one.
+fn encoder_of<'n>(numbered: &'n Numbered, of_task: &'n [Numbered]) -> Option<&'n Part> {
+    match &numbered.role {
+        Role::Plain(_) => None,
+        Role::Encoder { part, .. } => Some(part),
+        Role::Decoder { encoder, .. } => {
+            of_task.get(*encoder).and_then(|encoder| encoder_of(encoder, of_task))
+        }
+        Role::Coarse(stage) => Some(&stage.encoder),
+    }
+}
+
 /// Bytes of the results that a body writes or reads.
 fn result_bytes(part: &Part) -> Option<u64> {
     let Body::Cuda { args, .. } = &part.body else { return None };
@@ -188,6 +208,16 @@ impl Loader<'_> {
             return Err(self.refused(name, Why::Footprint { takes, says }));
         }
         Ok(())
+    }
+
+    /// Refuses a part that has a result of another size than its encoder writes.
+    fn agrees(&self, part: &Part, encoder: Option<&Part>, name: &str) -> Result<(), BodiesError> {
+        let Some(reads) = result_bytes(part) else { return Ok(()) };
+        match encoder.map(result_bytes) {
+            None => Err(self.refused(name, Why::NoStage)),
+            Some(writes) if writes != Some(reads) => Err(self.refused(name, Why::Result { reads, writes })),
+            Some(_) => Ok(()),
+        }
     }
 
     /// Loads a part's body.
@@ -274,8 +304,8 @@ impl Loader<'_> {
                 let kernel =
                     found.map_err(|_| refused(Why::Kernel(kernel.to_string_lossy().into_owned())))?;
                 let step = self.kernel(kernel, args, own_result);
-                let step = step.and_then(|step| self.warm_up(step));
-                (step.map(Step::Kernel).map_err(|error| refused(self.why(&error)))?, *graph)
+                let step = step.map_err(|error| self.why(&error)).and_then(|step| self.warm_up(step));
+                (step.map(Step::Kernel).map_err(refused)?, *graph)
             }
         };
         if graph { self.graphs(step).map_err(refused) } else { Ok(step) }
@@ -292,7 +322,7 @@ impl Loader<'_> {
         if let Step::Graphs(_, graphs) = &step {
             graphs.iter().try_for_each(|graph| stream.launch_graph(graph)).map_err(device)?;
         }
-        self.pools.cuda.device().synchronize().map_err(device)?;
+        self.settle(&stream)?;
         Ok(step)
     }
 
@@ -341,8 +371,14 @@ impl Loader<'_> {
     }
 
     /// Runs it once, and clears what it works in before that.
-    fn warm_up(&self, mut step: Box<KernelStep>) -> Result<Box<KernelStep>, CudaError> {
-        let stream = self.pools.cuda.stream()?;
+    fn warm_up(&self, mut step: Box<KernelStep>) -> Result<Box<KernelStep>, Why> {
+        let stream = self.pools.cuda.stream().map_err(|error| self.why(&error))?;
+        self.submit_first(&mut step, &stream).map_err(|error| self.why(&error))?;
+        self.settle(&stream)?;
+        Ok(step)
+    }
+
+    fn submit_first(&self, step: &mut KernelStep, stream: &Stream) -> Result<(), CudaError> {
         let there =
             step.inputs.iter().map(|(_, there)| there).chain(step.outputs.iter().map(|(there, _)| there));
         let own = step.own_result.as_deref();
@@ -351,17 +387,40 @@ impl Loader<'_> {
         for at in &step.results {
             step.arguments.set(*at, result);
         }
-        stream.launch(&step.kernel, &mut step.arguments)?;
-        self.pools.cuda.device().synchronize()?;
-        Ok(step)
+        stream.launch(&step.kernel, &mut step.arguments)
+    }
+
+    /// Waits for the end of what was submitted, for a while.
+    fn settle(&self, stream: &Stream) -> Result<(), Why> {
+        let device = self.pools.cuda.device();
+        let end = device.event().and_then(|end| stream.record(&end).map(|()| end));
+        let end = end.map_err(|error| self.why(&error))?;
+        let begin = Instant::now();
+        while !end.is_done().map_err(|error| self.why(&error))? {
+            let bound =
+                if self.pools.signals.requested().is_some() { PATIENCE_AFTER_SIGNAL } else { PATIENCE };
+            if begin.elapsed() > bound {
+                device.leave();
+                return Err(Why::Endless { waited_s: bound.as_secs() });
+            }
+            thread::sleep(LOOK);
+        }
+        Ok(())
     }
 
     /// What an error of the driver means for a body.
     fn why(&self, error: &CudaError) -> Why {
         let free = self.pools.cuda.device().memory().ok();
+        let cure = match error.kind() {
+            Kind::OutOfMemory => "end what else uses the device",
+            Kind::Poisoned => "mend the kernel, or what its arguments say of the memory that it uses",
+            Kind::Lost => "look at `nvidia-smi`",
+            _ => "look at grid, block and args: what the device can is told by `nvidia-smi -q`, deviceQuery",
+        };
         Why::Device {
             error: error.to_string(),
-            memory: free.filter(|_| error.kind() == red_cuda::Kind::OutOfMemory),
+            cure,
+            memory: free.filter(|_| error.kind() == Kind::OutOfMemory),
         }
     }
 

@@ -14,18 +14,31 @@ deadline = '1s'
 node = [{ name = 'a', wcet = '1ms' }, { name = 'b', wcet = '1ms' }]
 ";
 
-/// What is told of jobs 1 and 2, which failed while nodes `a` and `b` ran.
-fn words(panicked: &[u64], hung: u64) -> Vec<String> {
-    let faults =
-        Faults { running: Vec::new(), jobs: vec![(0, 1, [Some(0), None]), (0, 2, [Some(1), None])], more: 0 };
+/// What is told of jobs 1 and 2, which failed while nodes `a` and `b` ran, and of jobs 3 and 4, of which nothing did.
+fn told(idle: &[(usize, u64)], run: Happened<'_>) -> Vec<String> {
+    let jobs = vec![(0, 1, [Some(0), None]), (0, 2, [Some(1), None])];
+    let faults = Faults { running: Vec::new(), jobs, idle: idle.to_vec(), more: 0 };
     let workload = red_workload::parse(FILE.as_bytes(), Format::Toml, "w.toml").expect("a workload");
     let mut scheduler: Box<Scheduler<Small>> = Box::new(Scheduler::EMPTY);
     let (plan, _) =
         red_workload::build::admit(&mut scheduler, &workload, Policy::Edf.config()).expect("it fits");
+    faults.words(&Names { tasks: &["t".to_owned()], nodes: &plan.nodes }, &[], &run)
+}
+
+fn words(panicked: &[u64], hung: u64) -> Vec<String> {
     let panic =
         |job: &u64| BodyPanic { task: 0, node: NodeId::new(1), job: *job, message: "oh\n".to_owned() };
     let panics: Vec<BodyPanic> = panicked.iter().map(panic).collect();
-    faults.words(&["t".to_owned()], &plan.nodes, &[], &panics, hung)
+    told(&[], Happened { panics: &panics, hung, ..Happened::default() })
+}
+
+#[test]
+fn jobs_of_a_lost_pool_are_counted_and_nobody_is_told_to_mend_their_bodies() {
+    let lost = told(&[(0, 3), (0, 4)], Happened { pools_lost: 1, ..Happened::default() });
+    assert_eq!(lost, ["4 jobs that needed what was lost were given up"]);
+    let hang = [StreamHang { lane: 0, task: 0, node: NodeId::new(1), job: 2 }];
+    let hung = told(&[], Happened { hung: 1, stream_hangs: &hang, ..Happened::default() });
+    assert_eq!(hung, ["job 1: the body of node `t.a` panicked; mend the body"]);
 }
 
 #[test]

@@ -42,6 +42,7 @@ fn bodies_stay_in_their_folder_and_are_complete() {
         (&cuda.replace("'0.5'", "'1e39'"), Range, "a finite number"),
         (&cuda.replace("'-1e-3'", "'a half'"), Range, "a finite number"),
         (&cuda.replace("4KiB", "0B"), Range, "at least one byte"),
+        (&cuda.replace("input", "result"), Conflict, "one `result` at most"),
         (&cuda.replace("input", "imput"), UnknownKey, "did you mean `input`?"),
         (
             &cuda.replace("input = '4KiB'", "input = '4KiB', output = '1B'"),
