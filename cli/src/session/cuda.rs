@@ -5,6 +5,7 @@
 
 mod load;
 mod step;
+mod warm_up;
 
 use super::faults::{self, Fault, Said};
 use super::{Robot, SessionError};

@@ -1,7 +1,7 @@
 /* A stand-in for libcuda.so.1, for tests: the same names and types, streams that are threads, kernels that only take time,
  * faults on demand, and a log of all calls. It is never shipped.
  *
- * RED_STAND_IN names a script, RED_STAND_IN_LOG a file that takes the log. Lines of the script:
+ * RED_STAND_IN names a script, RED_STAND_IN_LOG a file to which the log is appended. Lines of the script:
  *
  *   version 12020            what cuDriverGetVersion answers
  *   devices 0                how many there are

@@ -4,11 +4,10 @@ use super::step::{KernelStep, Step};
 use super::{CudaPools, LaneBodies, Results, Streams, is_cuda, lanes_of};
 use crate::session::SessionError;
 use crate::session::bodies::{BodiesError, FRAME, Why};
-use crate::session::faults::Fault;
 use red_bodies::plugin::{Host as PluginHost, Plugin};
 use red_bodies::scene::Scene;
 use red_bodies::{SPIN_PTX, contents, within};
-use red_cuda::{Arguments, Buffer, CudaError, Device, Kernel, Kind, Module, Stream};
+use red_cuda::{Arguments, Buffer, CudaError, Device, Kernel, Kind, Module};
 use red_rt::cuda::Bodies;
 use red_workload::Source;
 use red_workload::build::{Numbered, Role};
@@ -17,16 +16,9 @@ use std::collections::HashMap;
 use std::ffi::CString;
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::thread;
-use std::time::{Duration, Instant};
 
 /// Largest module, in bytes.
 const MOST_MODULE_BYTES: u64 = 256 << 20;
-/// How long a kernel may take in its first run, before the start; once somebody wants the run to stop, no longer than that.
-const PATIENCE: Duration = Duration::from_secs(10);
-const PATIENCE_AFTER_SIGNAL: Duration = Duration::from_secs(1);
-/// Between two looks at it.
-const LOOK: Duration = Duration::from_micros(50);
 /// Results that may be kept at a time, at most.
 const MOST_RESULTS: u64 = 256;
 
@@ -47,13 +39,13 @@ enum Loaded {
 }
 
 /// What is loaded so far, and where.
-struct Loader<'a> {
-    pools: &'a CudaPools,
+pub(super) struct Loader<'a> {
+    pub(super) pools: &'a CudaPools,
     source: &'a Source,
     host: &'a Arc<PluginHost>,
     modules: HashMap<PathBuf, Module>,
     spin: Option<Module>,
-    results: Results,
+    pub(super) results: Results,
     task: usize,
     part: usize,
 }
@@ -311,21 +303,6 @@ impl Loader<'_> {
         if graph { self.graphs(step).map_err(refused) } else { Ok(step) }
     }
 
-    /// As graphs, which ran once.
-    fn graphs(&self, step: Step) -> Result<Step, Why> {
-        let device = |error: CudaError| self.why(&error);
-        let stream = self.pools.cuda.stream().map_err(device)?;
-        let step = step.captured(&self.results, &stream).map_err(|fault| match fault {
-            Fault::Device(error) => device(error),
-            Fault::Body(error) => Why::Load(error),
-        })?;
-        if let Step::Graphs(_, graphs) = &step {
-            graphs.iter().try_for_each(|graph| stream.launch_graph(graph)).map_err(device)?;
-        }
-        self.settle(&stream)?;
-        Ok(step)
-    }
-
     fn kernel(
         &self,
         kernel: Kernel,
@@ -370,46 +347,8 @@ impl Loader<'_> {
         Ok(Box::new(step))
     }
 
-    /// Runs it once, and clears what it works in before that.
-    fn warm_up(&self, mut step: Box<KernelStep>) -> Result<Box<KernelStep>, Why> {
-        let stream = self.pools.cuda.stream().map_err(|error| self.why(&error))?;
-        self.submit_first(&mut step, &stream).map_err(|error| self.why(&error))?;
-        self.settle(&stream)?;
-        Ok(step)
-    }
-
-    fn submit_first(&self, step: &mut KernelStep, stream: &Stream) -> Result<(), CudaError> {
-        let there =
-            step.inputs.iter().map(|(_, there)| there).chain(step.outputs.iter().map(|(there, _)| there));
-        let own = step.own_result.as_deref();
-        there.chain(&step.scratch).chain(own).try_for_each(|buffer| stream.clear(buffer))?;
-        let result = step.own_result.as_deref().or(self.results.first()).map_or(0, Buffer::address);
-        for at in &step.results {
-            step.arguments.set(*at, result);
-        }
-        stream.launch(&step.kernel, &mut step.arguments)
-    }
-
-    /// Waits for the end of what was submitted, for a while.
-    fn settle(&self, stream: &Stream) -> Result<(), Why> {
-        let device = self.pools.cuda.device();
-        let end = device.event().and_then(|end| stream.record(&end).map(|()| end));
-        let end = end.map_err(|error| self.why(&error))?;
-        let begin = Instant::now();
-        while !end.is_done().map_err(|error| self.why(&error))? {
-            let bound =
-                if self.pools.signals.requested().is_some() { PATIENCE_AFTER_SIGNAL } else { PATIENCE };
-            if begin.elapsed() > bound {
-                device.leave();
-                return Err(Why::Endless { waited_s: bound.as_secs() });
-            }
-            thread::sleep(LOOK);
-        }
-        Ok(())
-    }
-
     /// What an error of the driver means for a body.
-    fn why(&self, error: &CudaError) -> Why {
+    pub(super) fn why(&self, error: &CudaError) -> Why {
         let free = self.pools.cuda.device().memory().ok();
         let cure = match error.kind() {
             Kind::OutOfMemory => "end what else uses the device",
