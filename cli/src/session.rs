@@ -195,7 +195,13 @@ pub(crate) fn execute(
     };
     let mut end_ns = 0;
     let mut observer = None;
+    let mut broken = None;
     let started = |running: Arc<dyn Control<Robot>>| {
+        // Lanes are there, and none does anything yet.
+        broken = bodies.broken();
+        if broken.is_some() {
+            running.stop();
+        }
         observer = cuda.as_ref().and_then(|cuda| cuda.observe(running.clone()));
         drop(control.set(running));
     };
@@ -205,6 +211,9 @@ pub(crate) fn execute(
     });
     let (notes, figures) = finished.map_err(SessionError::Machine)?;
     let record = record.map(Recording::finish);
+    if let Some(words) = broken {
+        return Err(SessionError::Instance(words));
+    }
     progress(Progress::Ended, end_ns, &live);
     let mut summary =
         summary(workload, options, &notes, &figures, record.as_ref().map(ClosedLog::summary), end_ns);
@@ -215,7 +224,8 @@ pub(crate) fn execute(
         said.extend(cuda.said());
     }
     let names_of = Names { tasks: &names, nodes: &plan.nodes };
-    let faults = notes.faults.words(&names_of, &said, &(&figures).into());
+    let mut faults = notes.faults.words(&names_of, &said, &(&figures).into());
+    faults.extend(bodies.broken().map(|words| format!("a body could not be made ready {words}")));
     let titles = lane_titles(workload);
     let stream_hangs =
         figures.stream_hangs.iter().map(|hang| faults::of_stream(&names_of, &titles, hang)).collect();

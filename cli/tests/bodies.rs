@@ -124,6 +124,20 @@ fn nodes_without_a_body_for_their_pool_are_refused_at_their_place() {
 }
 
 #[test]
+fn a_plugin_that_refuses_a_lane_stops_the_start() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
+    let object = plugin::faults("refuses");
+    let node = format!(
+        "node = [{{ name = 'a', wcet = '1ms', body = {{ plugin = '{object}', symbol = 'refuses' }} }}]\n"
+    );
+    let path = folder.join("refuses.toml");
+    fs::write(&path, format!("{HEAD}{node}")).unwrap();
+    let words = ["on lane 0", "`refuses_open`", "returned 9", "nothing ran"];
+    let told = refused(run(&path, "redrt"), 2, &words);
+    assert!(!told.contains("mend the body"), "{told}");
+}
+
+#[test]
 fn nothing_of_a_refused_workload_is_loaded() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("loaded");
     fs::create_dir_all(&folder).unwrap();

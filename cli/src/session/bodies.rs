@@ -60,6 +60,8 @@ pub(crate) struct Bodies {
     /// While an obstacle is in sight, by instants of the run: from, until.
     obstacle_ns: Option<(u64, u64)>,
     said: Mutex<Vec<Said>>,
+    /// The first that could not be instantiated.
+    broken: Mutex<Option<String>>,
 }
 
 impl fmt::Debug for Bodies {
@@ -130,7 +132,18 @@ impl Bodies {
             loaded.push(of_task);
         }
         let results = (0..RESULTS).map(|_| RwLock::new(vec![0.0; largest])).collect();
-        Ok(Self { tasks: loaded, results, obstacle_ns, said: Mutex::new(faults::table()) })
+        Ok(Self {
+            tasks: loaded,
+            results,
+            obstacle_ns,
+            said: Mutex::new(faults::table()),
+            broken: Mutex::new(None),
+        })
+    }
+
+    /// The first body that could not be instantiated since this was asked last, in words.
+    pub(crate) fn broken(&self) -> Option<String> {
+        self.broken.lock().unwrap_or_else(PoisonError::into_inner).take()
     }
 
     /// What bodies said of their failures.
@@ -186,7 +199,7 @@ enum Run {
         output: Vec<f32>,
     },
     Plugin(PluginBody),
-    /// Could not be instantiated, which was said: its jobs fail.
+    /// Could not be instantiated: on a spare thread, for a run does not start so. Its jobs fail.
     Broken,
 }
 
@@ -205,7 +218,13 @@ struct LaneBodies {
 
 impl Handler for LaneBodies {
     fn prepare(&mut self) {
-        let make = |loaded: &Loaded| Run::of(loaded, self.lane);
+        let make = |loaded: &Loaded| {
+            Run::of(loaded, self.lane).unwrap_or_else(|error| {
+                let words = format!("on lane {}: {}", self.lane, error.told(shown, shown_path));
+                self.bodies.broken.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(words);
+                Run::Broken
+            })
+        };
         let of_node = |node: &Node| match node {
             Node::Plain(one) | Node::Encoder(one) | Node::Decoder(one) => vec![make(one)],
             Node::Coarse(encoder, decoders) => std::iter::once(encoder).chain(decoders).map(make).collect(),
@@ -239,9 +258,9 @@ impl Handler for LaneBodies {
 }
 
 impl Run {
-    fn of(loaded: &Loaded, lane: usize) -> Self {
-        let made = match loaded {
-            Loaded::Spin(duration_ns) => return Self::Spin(Spin::new(*duration_ns)),
+    fn of(loaded: &Loaded, lane: usize) -> Result<Self, BodyError> {
+        match loaded {
+            Loaded::Spin(duration_ns) => Ok(Self::Spin(Spin::new(*duration_ns))),
             Loaded::Network(network) => network.instance().map(|instance| Self::Network {
                 instance,
                 input: vec![0.5; network.input_len()],
@@ -250,11 +269,7 @@ impl Run {
             Loaded::Plugin(plugin) => {
                 plugin.instance(u32::try_from(lane).unwrap_or(u32::MAX)).map(Self::Plugin)
             }
-        };
-        made.unwrap_or_else(|e| {
-            eprintln!("redrt: lane {lane}: {}", e.told(shown, shown_path));
-            Self::Broken
-        })
+        }
     }
 
     /// Runs on `given`, or on an input of its own where that has another size.

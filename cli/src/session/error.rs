@@ -14,6 +14,8 @@ pub(crate) enum SessionError {
     Build(BuildError),
     /// A body cannot run.
     Bodies(BodiesError),
+    /// A body could not be made ready on a lane, in words.
+    Instance(String),
     /// The machine lacks a right or a resource.
     Machine(SetupError),
     /// The log cannot be written.
@@ -43,7 +45,7 @@ impl SessionError {
         match self {
             Self::Machine(_) | Self::Recorder(_) | Self::Cuda { .. } | Self::DeviceMemory { .. } => 3,
             Self::Bodies(error) if error.is_of_machine() => 3,
-            Self::Build(_) | Self::Bodies(_) | Self::Record(_) => 2,
+            Self::Build(_) | Self::Bodies(_) | Self::Instance(_) | Self::Record(_) => 2,
         }
     }
 }
@@ -59,6 +61,7 @@ impl fmt::Display for SessionError {
         match self {
             Self::Build(e) => e.fmt(f),
             Self::Bodies(e) => e.fmt(f),
+            Self::Instance(words) => write!(f, "a body could not be made ready {words}; nothing ran"),
             Self::Machine(e) => e.fmt(f),
             Self::Record(e) => f.write_str(e),
             Self::Recorder(e) => e.fmt(f),

@@ -22,6 +22,17 @@ int fails(void *user, const red_plugin_context *context) {
     return context->job == 1 ? 7 : 0;
 }
 
+/* Does not want to be run. */
+int refuses_open(uint32_t lane, void **user) {
+    (void)lane;
+    (void)user;
+    return 9;
+}
+
+int refuses(void *user, const red_plugin_context *context) {
+    return good(user, context);
+}
+
 /* Never returns for job 1. */
 int hangs(void *user, const red_plugin_context *context) {
     (void)user;
