@@ -12,6 +12,7 @@ mod live;
 mod options;
 mod outcome;
 mod output;
+mod paper;
 mod plan;
 mod profile;
 mod progress;
@@ -59,6 +60,7 @@ enum Command {
     Replay(replay::Args),
     Profile(profile::Args),
     Doctor(doctor::Args),
+    Paper(paper::Args),
 }
 
 fn main() -> ExitCode {
@@ -76,6 +78,7 @@ fn main() -> ExitCode {
         Command::Replay(args) => replay::main(&args),
         Command::Profile(args) => profile::main(&args),
         Command::Doctor(args) => doctor::main(&args),
+        Command::Paper(args) => paper::main(&args),
     };
     result.map_or_else(Failure::report, Answer::exit_code)
 }

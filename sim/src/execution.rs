@@ -4,7 +4,7 @@
 //! for the same work, whatever order it runs it in.
 
 use red_workload::build::{Numbered, Role};
-use red_workload::model::Part;
+use red_workload::model::{Part, Work, Workload};
 use std::str::FromStr;
 
 /// Execution-time model.
@@ -20,6 +20,17 @@ pub enum Execution {
         /// Upper end.
         high_ppm: u32,
     },
+    /// Uniform between two shares of the WCET, and sometimes longer by a share of it: a WCET that was measured.
+    Tailed {
+        /// Lower end, in parts per million.
+        low_ppm: u32,
+        /// Upper end, in parts per million.
+        high_ppm: u32,
+        /// How many executions in a million are longer.
+        tail_ppm: u32,
+        /// By what share of the WCET, in parts per million.
+        longer_ppm: u32,
+    },
 }
 
 const WHOLE: u64 = 1_000_000;
@@ -30,8 +41,27 @@ impl Execution {
     pub fn best_case(self, wcet_ns: u64) -> u64 {
         match self {
             Self::Wcet => wcet_ns,
-            Self::Uniform { low_ppm, .. } => scale(wcet_ns, low_ppm.into()),
+            Self::Uniform { low_ppm, .. } | Self::Tailed { low_ppm, .. } => scale(wcet_ns, low_ppm.into()),
         }
+    }
+
+    /// The workload with the best cases that the model can give.
+    #[must_use]
+    pub fn best_cases_of(self, workload: &Workload) -> Workload {
+        let mut timed = workload.clone();
+        let set = |part: &mut Part| part.bcet_ns = self.best_case(part.wcet_ns);
+        let of_tasks = timed.tasks.iter_mut().flat_map(|t| &mut t.nodes);
+        let of_events = timed.events.iter_mut().flat_map(|e| &mut e.add);
+        for node in of_tasks.chain(of_events) {
+            match &mut node.work {
+                Work::Plain(part) => set(part),
+                Work::Stage(stage) => {
+                    set(&mut stage.encoder);
+                    stage.decoders.iter_mut().for_each(|(_, part)| set(part));
+                }
+            }
+        }
+        timed
     }
 
     /// Time of one execution of a node, in nanoseconds; a stage that is one node takes the times of its parts.
@@ -51,15 +81,20 @@ impl Execution {
     }
 
     fn part(self, seed: u64, task: usize, job: u64, name: &str, part: &Part) -> u64 {
+        let mut state = seed ^ 0x9E37_79B9_7F4A_7C15;
+        let mut between = |low_ppm: u32, high_ppm: u32| {
+            for word in [task as u64, job].into_iter().chain(name.bytes().map(u64::from)) {
+                state = mix(state ^ word);
+            }
+            u64::from(low_ppm) + state % (u64::from(high_ppm.saturating_sub(low_ppm)) + 1)
+        };
         match self {
             Self::Wcet => part.wcet_ns,
-            Self::Uniform { low_ppm, high_ppm } => {
-                let mut state = seed ^ 0x9E37_79B9_7F4A_7C15;
-                for word in [task as u64, job].into_iter().chain(name.bytes().map(u64::from)) {
-                    state = mix(state ^ word);
-                }
-                let span = u64::from(high_ppm - low_ppm) + 1;
-                scale(part.wcet_ns, u64::from(low_ppm) + state % span)
+            Self::Uniform { low_ppm, high_ppm } => scale(part.wcet_ns, between(low_ppm, high_ppm)),
+            Self::Tailed { low_ppm, high_ppm, tail_ppm, longer_ppm } => {
+                let usual = between(low_ppm, high_ppm);
+                let is_longer = between(0, WHOLE as u32 - 1) < u64::from(tail_ppm);
+                scale(part.wcet_ns, usual + if is_longer { longer_ppm.into() } else { 0 })
             }
         }
     }

@@ -4,13 +4,14 @@ use crate::Lab;
 use crate::execution::Execution;
 use crate::past::Past;
 use crate::report::{Report, Row, Shed};
+use crate::world::{Drawn, World};
 use red_core::{
     Action, BestCase, CommitError, Config, Dispatch, Empty, Instant, JobId, Member, NodeId, Outcome,
     ReleaseError, Scheduler, ShedReason, TaskId, UnitId,
 };
 use red_workload::build::{self, BuildError, Change, Numbered, Plan};
 use red_workload::metrics::TaskLog;
-use red_workload::model::{Arrival, Part, SyncGrid, Task, Work, Workload};
+use red_workload::model::{SyncGrid, Workload};
 use red_workload::policy::Policy;
 use std::collections::{BTreeMap, BTreeSet, HashMap, VecDeque};
 use std::fmt;
@@ -54,9 +55,27 @@ impl std::error::Error for SimError {}
 /// # Errors
 /// [`SimError`]; files that `red_workload` accepted fail only on the number of sensor periods.
 pub fn simulate(workload: &Workload, options: &Options) -> Result<Report, SimError> {
-    let timed = with_best_cases(workload, options.execution);
+    let timed = options.execution.best_cases_of(workload);
     let config = Config { best_case: BestCase::Declared, ..options.policy.config() };
-    let mut host = Host::new(workload, &timed, config, options, None).map_err(SimError::Build)?;
+    let world = Drawn { workload, execution: options.execution, seed: options.seed };
+    let mut host = Host::new(workload, &timed, config, options, &world).map_err(SimError::Build)?;
+    host.run();
+    Ok(host.report())
+}
+
+/// Simulates a workload in a world of the caller's, under a configuration that need not be a named one. Of `options`
+/// the execution-time model has no meaning here; policy and seed are what the report is headed by, and the policy says
+/// whether a `[sync]` grid holds.
+///
+/// # Errors
+/// [`SimError`].
+pub fn simulate_in(
+    world: &dyn World,
+    workload: &Workload,
+    config: Config,
+    options: &Options,
+) -> Result<Report, SimError> {
+    let mut host = Host::new(workload, workload, config, options, world).map_err(SimError::Build)?;
     host.run();
     Ok(host.report())
 }
@@ -74,7 +93,9 @@ pub fn simulate_past(
     options: &Options,
 ) -> Result<(Report, Vec<String>), SimError> {
     let config = options.policy.config();
-    let mut host = Host::new(workload, workload, config, options, Some(past)).map_err(SimError::Build)?;
+    let mut host = Host::new(workload, workload, config, options, past).map_err(SimError::Build)?;
+    // A run has no grid.
+    host.barrier = None;
     host.run();
     let row = |(task, node): &(usize, usize)| {
         format!("{}.{}", workload.tasks[*task].name, host.nodes[*task][*node].name)
@@ -105,8 +126,8 @@ pub(crate) struct Host<'a> {
     pub(crate) waiting: VecDeque<Change>,
     /// Next release of each task.
     pub(crate) next_release: Vec<Option<u64>>,
-    past: Option<&'a Past>,
-    /// Nodes, by task and number, of which it knows no time.
+    world: &'a dyn World,
+    /// Nodes, by task and number, whose times are guesses.
     unknown: BTreeSet<(usize, usize)>,
     /// By (finish, lane): pools' lanes are numbered in file order.
     pub(crate) running: BTreeMap<(u64, usize), Running>,
@@ -129,15 +150,11 @@ impl<'a> Host<'a> {
         timed: &Workload,
         config: Config,
         options: &'a Options,
-        past: Option<&'a Past>,
+        world: &'a dyn World,
     ) -> Result<Self, BuildError> {
         let mut scheduler: Box<Scheduler<Lab>> = Box::new(Scheduler::EMPTY);
         let config = Config { preempt: options.preempt, ..config };
         let (plan, tasks): (Plan<Lab>, _) = build::admit(&mut scheduler, timed, config)?;
-        let first_release = |(i, task): (usize, &Task)| match past {
-            Some(past) => past.release(i, 0),
-            None => Some(task.offset_ns),
-        };
         let mut first_lane = Vec::new();
         let mut lanes = 0;
         for pool in &workload.pools {
@@ -153,13 +170,12 @@ impl<'a> Host<'a> {
             nodes: plan.nodes,
             changes: plan.changes.into(),
             waiting: VecDeque::new(),
-            next_release: workload.tasks.iter().enumerate().map(first_release).collect(),
-            past,
+            next_release: (0..workload.tasks.len()).map(|task| world.release(task, 0)).collect(),
+            world,
             unknown: BTreeSet::new(),
             running: BTreeMap::new(),
             suspended: HashMap::new(),
-            // A run has no grid.
-            barrier: workload.sync.filter(|_| options.policy.has_barrier() && past.is_none()),
+            barrier: workload.sync.filter(|_| options.policy.has_barrier()),
             dispatch_at: None,
             logs: vec![TaskLog::default(); workload.tasks.len()],
             rows: Vec::new(),
@@ -264,16 +280,9 @@ impl<'a> Host<'a> {
                     continue;
                 }
             }
-            self.next_release[i] = match (self.past, task.arrival) {
-                // Of one instant, they come one after the other.
-                (Some(past), _) => {
-                    past.release(i, self.logs[i].jobs().len()).map(|at| at.max(now.as_nanos()))
-                }
-                (None, Arrival::Periodic { period_ns: t } | Arrival::Sporadic { min_interarrival_ns: t }) => {
-                    now.as_nanos().checked_add(t)
-                }
-                (None, Arrival::Once) => None,
-            };
+            // Of one instant, they come one after the other.
+            let next = self.world.release(i, self.logs[i].jobs().len());
+            self.next_release[i] = next.map(|at| at.max(now.as_nanos()));
         }
         self.note_events();
     }
@@ -314,8 +323,7 @@ impl<'a> Host<'a> {
             let draw = |m: Member| {
                 let (task, number) = (m.task.index(), m.node.index());
                 let node = &self.nodes[task][number];
-                let drawn = || (self.options.execution.draw(self.options.seed, task, m.index, node), true);
-                let (time, is_known) = self.past.map_or_else(drawn, |past| past.time(task, m.index, node));
+                let (time, is_known) = self.world.time(task, m.index, node);
                 if !is_known {
                     self.unknown.insert((task, number));
                 }
@@ -324,11 +332,10 @@ impl<'a> Host<'a> {
             self.scheduler.members(started.unit).map(draw).max().unwrap_or(0)
         });
         let finish = now.as_nanos().saturating_add(cost);
-        let failed = |m: Member, past: &Past| {
-            past.failed_in(m.task.index(), m.index, &self.nodes[m.task.index()][m.node.index()])
+        let failed = |m: Member| {
+            self.world.fails(m.task.index(), m.index, &self.nodes[m.task.index()][m.node.index()])
         };
-        let fails =
-            self.past.is_some_and(|past| self.scheduler.members(started.unit).any(|m| failed(m, past)));
+        let fails = self.scheduler.members(started.unit).any(failed);
         let running = Running { unit: started.unit, started: now.as_nanos(), fails, due };
         self.running.insert((finish, started.lane.index()), running);
         self.note_rows(finish);
@@ -375,22 +382,4 @@ impl<'a> Host<'a> {
             self.sheds.push(Shed { task, job, at_ns, reason: reason.name() });
         }
     }
-}
-
-/// The workload with the best cases that the execution-time model can give.
-fn with_best_cases(workload: &Workload, execution: Execution) -> Workload {
-    let mut timed = workload.clone();
-    let set = |part: &mut Part| part.bcet_ns = execution.best_case(part.wcet_ns);
-    let of_tasks = timed.tasks.iter_mut().flat_map(|t| &mut t.nodes);
-    let of_events = timed.events.iter_mut().flat_map(|e| &mut e.add);
-    for node in of_tasks.chain(of_events) {
-        match &mut node.work {
-            Work::Plain(part) => set(part),
-            Work::Stage(stage) => {
-                set(&mut stage.encoder);
-                stage.decoders.iter_mut().for_each(|(_, part)| set(part));
-            }
-        }
-    }
-    timed
 }

@@ -1,6 +1,7 @@
 //! What happened once, for a simulation that takes it over: when jobs were released, how long nodes executed, and which
 //! failed.
 
+use crate::world::World;
 use red_workload::build::{Numbered, Role};
 use red_workload::model::{Part, Stage};
 use std::collections::HashMap;
@@ -126,9 +127,11 @@ impl Past {
         };
         task.nodes.entry(name).or_default().failed.insert(job, took_ns);
     }
+}
 
-    /// Whether a node of a job failed, or a part of it did.
-    pub(crate) fn failed_in(&self, task: usize, job: u64, node: &Numbered) -> bool {
+impl World for Past {
+    /// Whether it failed, or a part of it did.
+    fn fails(&self, task: usize, job: u64, node: &Numbered) -> bool {
         let Some(task) = self.tasks.get(task) else { return false };
         match &node.role {
             Role::Coarse(stage) => parts(&node.name, stage).any(|(name, _)| task.failed(&name, job)),
@@ -136,13 +139,12 @@ impl Past {
         }
     }
 
-    /// When the job of this number was released, if there was one.
-    pub(crate) fn release(&self, task: usize, job: usize) -> Option<u64> {
+    fn release(&self, task: usize, job: usize) -> Option<u64> {
         self.tasks.get(task)?.releases.get(job).copied()
     }
 
-    /// How long a node of a job takes, and whether that is known and not its WCET.
-    pub(crate) fn time(&self, task: usize, job: u64, node: &Numbered) -> (u64, bool) {
+    /// What is not known is its WCET.
+    fn time(&self, task: usize, job: u64, node: &Numbered) -> (u64, bool) {
         let Some(task) = self.tasks.get(task) else { return (0, false) };
         let of_encoder = |name: &str, weights: &str, frame: &str| {
             let mean = || self.encoders.get(weights)?.get(frame)?.get();

@@ -1,6 +1,6 @@
 //! What a simulation says, as `redrt sim --json` prints it.
 
-use red_workload::metrics::TaskMetrics;
+use red_workload::metrics::{JobEnd, TaskMetrics};
 use serde::Serialize;
 
 /// A whole simulation. Field names and their order are a contract.
@@ -28,6 +28,9 @@ pub struct Report {
     /// With `--schedule`: every job that was given up.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sheds: Option<Vec<Shed>>,
+    /// How each job ended, by task and job index.
+    #[serde(skip)]
+    pub jobs: Vec<Vec<JobEnd>>,
 }
 
 /// A pool in numbers.

@@ -88,6 +88,7 @@ impl Host<'_> {
                 .collect(),
             schedule: self.options.schedule.then_some(rows),
             sheds: self.options.schedule.then_some(self.sheds),
+            jobs: self.logs.iter().map(|log| log.jobs().to_vec()).collect(),
         }
     }
 }

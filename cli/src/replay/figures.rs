@@ -157,6 +157,7 @@ impl Figures {
             encoder_runs_saved: counters.encoder_runs_saved,
             schedule: None,
             sheds: None,
+            jobs: Vec::new(),
         }
     }
 }

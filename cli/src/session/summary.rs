@@ -133,6 +133,7 @@ pub(super) fn summary(
             pools: pools.collect(),
             schedule: None,
             sheds: None,
+            jobs: Vec::new(),
         },
         cuda: None,
         realtime: figures.realtime,

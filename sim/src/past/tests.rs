@@ -94,7 +94,7 @@ fn a_body_that_failed_fails_again_whether_its_stage_is_one_node_or_several() {
             assert_eq!((task.completed, task.shed), (1, 1), "{recorded:?}, {policy:?}");
             let first = &nodes(policy)[0];
             // Nothing is known of the next job but what the first one took.
-            assert_eq!((past.time(0, 1, first).0, past.failed_in(0, 2, first)), (7_000_000, false));
+            assert_eq!((past.time(0, 1, first).0, past.fails(0, 2, first)), (7_000_000, false));
         }
     }
 }

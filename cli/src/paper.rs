@@ -1,0 +1,159 @@
+//! `redrt paper`: the paper's experiments, our numbers beside the paper's.
+
+use crate::outcome::{Answer, Failure};
+use crate::output;
+use crate::table::Table as Text;
+use crate::terminal;
+use red_paper::table::{Claim, Table};
+use red_paper::{EXPERIMENTS, Experiment, PaperError, Run, markdown};
+use red_rt::stop::StopSignals;
+use serde::Serialize;
+use std::io;
+
+/// Seeds that intervals of confidence are made of.
+const SEEDS: u64 = 20;
+
+/// Runs the paper's experiments in virtual time, and prints our numbers beside the paper's.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Each table has the paper's values, ours as means over seeds with 95 % confidence intervals, and verdicts: reproduced
+(direction and size), shape only (direction), not reproducible (with the reason), calibrated (what the model was fitted
+to, no evidence). Same arguments, same output, to the byte.
+
+Example:
+  redrt paper effectiveness --json")]
+pub(crate) struct Args {
+    /// Table; all of them unless told. `redrt paper list` names them.
+    #[arg(value_name = "TABLE")]
+    table: Option<String>,
+    /// Seeds to run, from 1.
+    #[arg(long, value_name = "N", default_value_t = SEEDS, value_parser = clap::value_parser!(u64).range(2..=10_000))]
+    seeds: u64,
+    /// Print Markdown.
+    #[arg(long, conflicts_with = "json")]
+    markdown: bool,
+    /// Print one JSON object.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Serialize)]
+struct Tables {
+    seeds: u64,
+    tables: Vec<Table>,
+}
+
+/// Runs the experiments and prints their tables.
+pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
+    if args.table.as_deref() == Some("list") {
+        output::line(&list())?;
+        return Ok(Answer::Yes);
+    }
+    let chosen = choose(args.table.as_deref())?;
+    let signals = StopSignals::install().map_err(|e| Failure::Machine(e.to_string()))?;
+    let is_stopped = || signals.requested().is_some();
+    let mut tables = Vec::new();
+    for (nth, experiment) in chosen.iter().enumerate() {
+        let bar = Bar { name: experiment.name, nth, of: chosen.len() };
+        let progress = |done, all| bar.show(done, all);
+        let run = Run { seeds: args.seeds, progress: &progress, is_stopped: &is_stopped };
+        let table = (experiment.run)(&run);
+        bar.clear();
+        match table {
+            Ok(table) => tables.push(table),
+            Err(PaperError::Sim(error)) => return Err(error.into()),
+            Err(PaperError::Stopped) => break,
+        }
+    }
+    let is_whole = tables.len() == chosen.len();
+    if let (false, Some(signal)) = (is_whole, signals.requested()) {
+        let (done, all) = (tables.len(), chosen.len());
+        output::note(&format!("stopped by {signal} after {done} of {all} tables"));
+    }
+    if args.json {
+        output::json(&Tables { seeds: args.seeds, tables })?;
+    } else if args.markdown {
+        let parts: Vec<String> = tables.iter().map(markdown::of).collect();
+        output::line(parts.join("\n").trim_end())?;
+    } else {
+        let parts: Vec<String> = tables.iter().map(text).collect();
+        output::line(&parts.join("\n\n\n"))?;
+    }
+    Ok(Answer::of(is_whole))
+}
+
+fn list() -> String {
+    let mut table = Text::new(&["table", "what"]);
+    for experiment in EXPERIMENTS {
+        table.row([experiment.name, experiment.what].map(str::to_owned));
+    }
+    table.to_string()
+}
+
+fn choose(name: Option<&str>) -> Result<Vec<Experiment>, Failure> {
+    let Some(name) = name else { return Ok(EXPERIMENTS.to_vec()) };
+    let found = EXPERIMENTS.iter().find(|experiment| experiment.name == name);
+    found.map(|experiment| vec![*experiment]).ok_or_else(|| {
+        let names: Vec<&str> = EXPERIMENTS.iter().map(|experiment| experiment.name).collect();
+        Failure::Input(format!(
+            "no table `{}`; expected one of {}",
+            red_workload::shown(name),
+            names.join(", ")
+        ))
+    })
+}
+
+fn text(table: &Table) -> String {
+    let mut out = vec![format!("{} ({}; redrt paper {})", table.title, table.source, table.name)];
+    out.extend(table.about.iter().map(|paragraph| terminal::wrap(paragraph, 0)));
+    let heads: Vec<String> = table.columns.iter().map(markdown::head).collect();
+    let mut rows = Text::new(&heads.iter().map(String::as_str).collect::<Vec<_>>());
+    for row in &table.rows {
+        rows.row(row.iter().zip(&table.columns).map(|(cell, column)| markdown::cell(cell, column)));
+    }
+    out.push(rows.to_string());
+    if !table.claims.is_empty() {
+        let mut claims = Text::new(&["claim", "paper", "here", "verdict"]);
+        for Claim { claim, paper, ours, verdict, .. } in &table.claims {
+            claims.row([claim.clone(), paper.clone(), ours.clone(), verdict.words().to_owned()]);
+        }
+        out.push(claims.to_string());
+        let mut reasons: Vec<&str> =
+            table.claims.iter().map(|claim| claim.why).filter(|why| !why.is_empty()).collect();
+        reasons.dedup();
+        out.push(
+            reasons
+                .iter()
+                .map(|why| terminal::wrap(&format!("why: {why}"), 5))
+                .collect::<Vec<_>>()
+                .join("\n"),
+        );
+    }
+    out.join("\n\n")
+}
+
+/// How far it is, on a terminal.
+struct Bar<'a> {
+    name: &'a str,
+    nth: usize,
+    of: usize,
+}
+
+impl Bar<'_> {
+    const WIDTH: usize = 30;
+
+    fn show(&self, done: usize, all: usize) {
+        if terminal::moves(&io::stderr()) {
+            let full = (done * Self::WIDTH).checked_div(all).unwrap_or(0);
+            let bar: String = (0..Self::WIDTH).map(|i| if i < full { '#' } else { '.' }).collect();
+            let Self { name, nth, of } = self;
+            terminal::tell(&format!("\r\x1b[Ktable {} of {of}, {name} [{bar}] {done} of {all}", nth + 1));
+        }
+    }
+
+    fn clear(&self) {
+        if terminal::moves(&io::stderr()) {
+            terminal::tell("\r\x1b[K");
+        }
+    }
+}
