@@ -1,7 +1,16 @@
 //! The list of experiments, in the order of the paper.
 
+mod burst;
+mod case_1;
+mod case_2;
+mod deadlines;
 mod effectiveness;
+mod extended;
 mod lone;
+mod non_partitionable;
+mod overhead;
+mod qualities;
+mod ros2;
 mod worked_example;
 
 use crate::run::{PaperError, Run};
@@ -20,6 +29,8 @@ pub struct Experiment {
 
 /// All of them.
 pub const EXPERIMENTS: &[Experiment] = &[
+    Experiment { name: "case-1", what: "an obstacle puts a task into the pipeline", run: case_1::run },
+    Experiment { name: "case-2", what: "30 Hz against 33 Hz", run: case_2::run },
     Experiment {
         name: "worked-example",
         what: "the chain of 20, 20 and 40 s within 120 s",
@@ -30,4 +41,15 @@ pub const EXPERIMENTS: &[Experiment] = &[
         what: "latency, misses and quality on Nano, TX2, Xavier and Orin",
         run: effectiveness::run,
     },
+    Experiment { name: "ros2", what: "one frame, four outputs, six levels of interference", run: ros2::run },
+    Experiment { name: "deadlines", what: "latency against six deadlines on Xavier", run: deadlines::run },
+    Experiment { name: "lambda", what: "quality at five values of lambda", run: qualities::run },
+    Experiment { name: "overhead", what: "memory and decisions of the scheduler", run: overhead::run },
+    Experiment { name: "extended", what: "five scenarios on three platforms", run: extended::run },
+    Experiment {
+        name: "non-partitionable",
+        what: "0, 50 and 100 % of tasks that cannot be split",
+        run: non_partitionable::run,
+    },
+    Experiment { name: "burst", what: "0, 50 and 100 % of bursts", run: burst::run },
 ];

@@ -11,10 +11,11 @@ pub fn cell(cell: &Cell, column: &Column) -> String {
     match cell {
         Cell::Words(words) => words.clone(),
         Cell::Number(Some(number)) => format!("{number:.decimals$}"),
-        Cell::Mean(Some(Estimate { mean, half_width, .. })) if *half_width > 0.0 => {
-            format!("{mean:.decimals$} ± {half_width:.decimals$}")
+        Cell::Mean(Some(Estimate { mean, half_width, .. })) => {
+            let (mean, half) = (format!("{mean:.decimals$}"), format!("{half_width:.decimals$}"));
+            // An interval that is below what is printed says nothing.
+            if half.bytes().all(|b| matches!(b, b'0' | b'.')) { mean } else { format!("{mean} ± {half}") }
         }
-        Cell::Mean(Some(Estimate { mean, .. })) => format!("{mean:.decimals$}"),
         Cell::Number(None) | Cell::Mean(None) => "-".to_owned(),
         Cell::Verdict(verdict) => verdict.words().to_owned(),
     }

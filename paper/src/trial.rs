@@ -17,7 +17,7 @@ pub enum System {
     /// With re-assignment.
     RedIda,
     /// The paper's RED without ProactiveDrop. Its predicate speaks of overload while a GPU is busy, which the paper says
-    /// it always was: no job of a lone pipeline would end.
+    /// it always was: a pipeline one of whose decoders waits for the lane would be given up, alone as it is.
     Red,
     /// With ProactiveDrop.
     RedDrops,
@@ -91,6 +91,8 @@ pub struct Sample {
     pub tardiness_ns: Vec<Option<u64>>,
     /// Encoder executions that were saved.
     pub encoders_saved: f64,
+    /// Units that got a lane.
+    pub units: f64,
 }
 
 impl Sample {
@@ -116,13 +118,18 @@ impl Sample {
         self.given_up = share(self.given_up, other.given_up);
         self.nodes_missed = share(self.nodes_missed, other.nodes_missed);
         self.encoders_saved += other.encoders_saved;
+        self.units += other.units;
         self.tardiness_ns.extend(other.tardiness_ns);
         self
     }
 
-    fn of(report: &Report) -> Self {
+    /// Of one task, or of all.
+    fn of(report: &Report, task: Option<usize>) -> Self {
         let end = report.horizon_ns;
-        let jobs: Vec<&JobEnd> = report.jobs.iter().flatten().filter(|job| is_decided(job, end)).collect();
+        let of_task = |(nth, _): &(usize, _)| task.is_none_or(|task| task == *nth);
+        let of_tasks = report.jobs.iter().enumerate().filter(of_task);
+        let jobs: Vec<&JobEnd> =
+            of_tasks.flat_map(|(_, jobs)| jobs).filter(|job| is_decided(job, end)).collect();
         let count = jobs.len().max(1) as f64;
         let ended = |job: &JobEnd| job.at_ns.filter(|_| job.shed.is_none());
         let latencies: Vec<f64> =
@@ -138,6 +145,7 @@ impl Sample {
             nodes_missed: report.nodes_missed as f64 / rows as f64,
             tardiness_ns,
             encoders_saved: report.encoder_runs_saved as f64,
+            units: report.units_dispatched as f64,
         }
     }
 }
@@ -157,7 +165,7 @@ impl Trial {
         self.run_in(&world, system, system.config(), seed)
     }
 
-    /// Runs it once in a world of the caller's, under a configuration of the caller's.
+    /// Runs it once in a world of the caller's, under a configuration of the caller's; the sample is of all tasks.
     ///
     /// # Errors
     /// [`SimError`].
@@ -168,6 +176,31 @@ impl Trial {
         config: Config,
         seed: u64,
     ) -> Result<Sample, SimError> {
+        Ok(Sample::of(&self.simulate(world, system, config, seed)?, None))
+    }
+
+    /// [`Trial::run_in`], where the sample's jobs are those of one task; units and nodes are of all.
+    ///
+    /// # Errors
+    /// [`SimError`].
+    pub fn run_of(
+        &self,
+        task: usize,
+        world: &dyn World,
+        system: System,
+        config: Config,
+        seed: u64,
+    ) -> Result<Sample, SimError> {
+        Ok(Sample::of(&self.simulate(world, system, config, seed)?, Some(task)))
+    }
+
+    fn simulate(
+        &self,
+        world: &dyn World,
+        system: System,
+        config: Config,
+        seed: u64,
+    ) -> Result<Report, SimError> {
         let timed = self.execution.best_cases_of(&self.workload);
         let options = Options {
             policy: system.policy(),
@@ -177,7 +210,7 @@ impl Trial {
             preempt: false,
             schedule: true,
         };
-        Ok(Sample::of(&simulate_in(world, &timed, config, &options)?))
+        simulate_in(world, &timed, config, &options)
     }
 }
 
