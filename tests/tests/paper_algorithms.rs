@@ -1,0 +1,154 @@
+//! Errors of the paper's algorithms, as counterexamples: sections 4.3 to 4.6. What the rule does as written stands in the
+//! test; beside it, what the scheduler makes of the same case.
+
+mod counterexamples;
+
+use counterexamples::{dag, schedule};
+use red_core::{Config, Shed};
+use red_sim::{Drawn, Execution, Options, Report, Row, simulate_in};
+use red_workload::policy::Policy;
+use red_workload::{Format, parse};
+
+const MS: u64 = 1_000_000;
+/// gamma of DynamicMerge.
+const GAMMA_MS: u64 = 100;
+
+/// A second of tasks on a pool.
+fn run(lanes: u32, tasks: &str, policy: Policy) -> Report {
+    configured(lanes, tasks, policy, policy.config())
+}
+
+fn configured(lanes: u32, tasks: &str, policy: Policy, config: Config) -> Report {
+    let head =
+        format!("[[pool]]\nname = 'gpu'\nlanes = {lanes}\n[[sensor]]\nname = 'front'\nperiod = '1s'\n");
+    let file = head + tasks;
+    let workload = parse(file.as_bytes(), Format::Toml, "case.toml").unwrap_or_else(|e| panic!("{e}"));
+    let (horizon_ns, execution) = (1_000 * MS, Execution::Wcet);
+    let world = Drawn { workload: &workload, execution, seed: 1 };
+    let options = Options { policy, horizon_ns, seed: 1, execution, preempt: false, schedule: true };
+    simulate_in(&world, &workload, config, &options).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// A job of one node.
+fn node(name: &str, at_ms: u64, wcet_ms: u64, deadline_ms: u64) -> String {
+    format!(
+        "[[task]]\nname = '{name}'\nonce = true\noffset = '{at_ms}ms'\ndeadline = '{deadline_ms}ms'\n\
+         node = [{{ name = 'n', wcet = '{wcet_ms}ms' }}]\n"
+    )
+}
+
+/// A job that encodes the front camera's frame in 10 ms, and decodes in 1.
+fn stage(name: &str, at_ms: u64, deadline_ms: u64) -> String {
+    format!(
+        "[[task]]\nname = '{name}'\nonce = true\noffset = '{at_ms}ms'\ndeadline = '{deadline_ms}ms'\n[[task.node]]\n\
+         name = 's'\nmimonet = {{ weights = 'w', frame = 'front', encoder = {{ wcet = '10ms' }}, \
+         decoders = [{{ name = 'd', wcet = '1ms' }}] }}\n"
+    )
+}
+
+fn row<'a>(report: &'a Report, task: &str, node: &str) -> &'a Row {
+    let rows = report.schedule.as_ref().expect("a schedule");
+    rows.iter().find(|row| row.task == task && row.node == node).expect("it ran")
+}
+
+fn on_time(report: &Report, task: &str) -> bool {
+    report.tasks.iter().any(|found| found.name == task && found.on_time == 1)
+}
+
+#[test]
+fn the_merge_predicate_is_not_transitive() {
+    let merges = |a: u64, b: u64| a.abs_diff(b) <= GAMMA_MS;
+    assert!(merges(0, 80) && merges(80, 160) && !merges(0, 160));
+    // Our window begins at its first member. A lane that is taken until 170 ms has all three wait.
+    let tasks = [node("busy", 0, 170, 200), stage("a", 0, 900), stage("b", 80, 900), stage("c", 160, 900)];
+    // ProactiveDrop would have given them up by then.
+    let report = configured(1, &tasks.concat(), Policy::Red, Config { shed: Shed::Never, ..Config::RED });
+    let start = |task| row(&report, task, "s.encoder").start_ns;
+    assert_eq!(start("a"), start("b"));
+    assert_ne!(start("b"), start("c"), "within gamma of b, and not of the unit's first");
+}
+
+#[test]
+fn a_unit_that_waits_for_a_member_within_gamma_misses_a_deadline_of_30_ms() {
+    let (u, v) = (0, 90);
+    assert!(v - u <= GAMMA_MS && u64::max(u, v) + 11 > 30, "the unit begins when its last member is there");
+    let report = run(1, &[stage("u", u, 30), stage("v", v, 30)].concat(), Policy::Red);
+    assert_eq!(row(&report, "u", "s.encoder").start_ns, 0, "a unit is formed of members that are ready");
+    assert!(on_time(&report, "u") && on_time(&report, "v"));
+}
+
+#[test]
+fn lowest_urgency_first_drops_the_job_that_could_still_make_it() {
+    // At the drop, 30 ms, `late` is past its deadline of 26 ms, so its urgency is 1; `fresh` has 36 ms for 10 ms of work.
+    let tasks = [node("busy", 0, 32, 900), node("late", 16, 10, 10), node("fresh", 26, 10, 40)].concat();
+    let report = run(1, &tasks, Policy::Red);
+    let shed: Vec<_> = report.sheds.iter().flatten().map(|shed| (&*shed.task, shed.reason)).collect();
+    assert_eq!(shed, [("fresh", "urgency")]);
+    assert!(!on_time(&report, "late") && !on_time(&report, "fresh"), "one is dropped, the other misses");
+    let ours = run(1, &tasks, Policy::Redrt);
+    assert!(on_time(&ours, "fresh"), "the dead job goes first");
+}
+
+#[test]
+fn urgency_by_absolute_deadlines_stays_at_zero() {
+    // S_i = d_i - t with d_i an instant (Definition 4) and t the time since the release: 1 s after the start of the clock a
+    // job of 30 ms scores 3 % at the moment it is late.
+    let (released, deadline) = (1_000.0_f64, 30.0);
+    let score = |due: f64, elapsed: f64| (1.0 - (due - elapsed) / due).clamp(0.0, 1.0);
+    assert!(score(released + deadline, deadline) < 0.03);
+    assert!((score(deadline, deadline) - 1.0).abs() < 1e-9, "relative to the release it is 1");
+}
+
+#[test]
+fn smallest_d_np_first_misses_what_edf_meets() {
+    // D_np is WCET plus contention: the shortest atomic node first, whenever it is due.
+    let (short, long) = ((2, 100), (5, 6));
+    assert!(short.0 < long.0 && short.0 + long.0 > long.1, "the long one ends at 7 and was due at 6");
+    let tasks = [node("short", 0, short.0, short.1), node("long", 0, long.0, long.1)].concat();
+    for policy in [Policy::Edf, Policy::Redrt] {
+        let report = run(1, &tasks, policy);
+        assert!(on_time(&report, "short") && on_time(&report, "long"), "{policy}");
+    }
+}
+
+#[test]
+fn algorithm_2_leaves_all_lanes_but_one_idle() {
+    // It executes the task that it picked before it picks the next: two nodes of 10 take 20, on two lanes, too.
+    let (cost, deadline) = (10, 15);
+    assert!(cost + cost > deadline);
+    let report = run(2, &[node("a", 0, cost, deadline), node("b", 0, cost, deadline)].concat(), Policy::Red);
+    assert!(on_time(&report, "a") && on_time(&report, "b"));
+}
+
+#[test]
+fn barriers_across_dags_make_one_late_for_the_other() {
+    // Two graphs as one, as levels "across DAGs" are: 1 before 1, due at 3, and 10 alone.
+    let both = dag(&[1, 1, 10], &[(0, 1)]);
+    let order = |node: red_core::NodeId| node.index() as i64;
+    assert_eq!(schedule(&both, 2, order, true)[1], 11, "its second level waits for the other graph's first");
+    assert_eq!(schedule(&both, 2, order, false)[1], 2);
+}
+
+#[test]
+fn a_residual_budget_below_zero_turns_the_order_round() {
+    // D - elapsed at 12 of 10: two levels of 3 and 1 get -1.5 and -0.5, so the second is due before the first.
+    let (now, budget) = (12.0, 10.0 - 12.0);
+    let due = [3.0, 4.0].map(|prefix| now + budget * prefix / 4.0);
+    assert!(due[1] < due[0]);
+    // A late job runs on in its order, each node due at the deadline.
+    let tasks = "[[task]]\nname = 'late'\nonce = true\ndeadline = '2ms'\nnode = [{ name = 'a', wcet = '5ms' }, \
+                 { name = 'b', wcet = '5ms', after = ['a'] }]\n";
+    let report = run(1, tasks, Policy::RedIda);
+    assert_eq!(row(&report, "late", "b").finish_ns, 10 * MS);
+}
+
+#[test]
+fn a_mean_of_eight_is_no_bound() {
+    let observed = [2, 8, 2, 8, 2, 8, 2, 8];
+    let mean = observed.iter().sum::<u64>() / 8;
+    let fits = |cost: u64| cost <= 6;
+    assert!(
+        fits(mean) && observed.iter().filter(|cost| !fits(**cost)).count() == 4,
+        "half of the jobs are late"
+    );
+}
