@@ -61,8 +61,8 @@ pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
         bar.clear();
         match table {
             Ok(table) => tables.push(table),
-            Err(PaperError::Sim(error)) => return Err(error.into()),
             Err(PaperError::Stopped) => break,
+            Err(error) => return Err(Failure::input(error)),
         }
     }
     let is_whole = tables.len() == chosen.len();

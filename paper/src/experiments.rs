@@ -14,6 +14,7 @@ mod ros2;
 mod worked_example;
 
 use crate::run::{PaperError, Run};
+use crate::scoreboard::{acceptance, makespan};
 use crate::table::Table;
 
 /// An experiment.
@@ -52,4 +53,10 @@ pub const EXPERIMENTS: &[Experiment] = &[
         run: non_partitionable::run,
     },
     Experiment { name: "burst", what: "0, 50 and 100 % of bursts", run: burst::run },
+    Experiment { name: "acceptance", what: "random DAG sets under every rule", run: acceptance::run },
+    Experiment {
+        name: "makespan",
+        what: "graphs whose optimum is known, under every rule",
+        run: makespan::run,
+    },
 ];

@@ -7,8 +7,10 @@
 mod experiments;
 pub mod markdown;
 pub mod platform;
+mod rng;
 mod run;
 pub mod scenario;
+mod scoreboard;
 pub mod stat;
 pub mod table;
 pub mod trial;

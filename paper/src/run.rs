@@ -10,6 +10,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 pub enum PaperError {
     /// A workload of it does not fit the executive.
     Sim(SimError),
+    /// A random set of tasks does not fit the executive.
+    Capacity,
     /// Somebody asked it to stop.
     Stopped,
 }
@@ -18,6 +20,7 @@ impl std::fmt::Display for PaperError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Sim(error) => error.fmt(f),
+            Self::Capacity => f.write_str("a set of tasks is larger than the executive's capacity"),
             Self::Stopped => f.write_str("stopped before the last table was done"),
         }
     }

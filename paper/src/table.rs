@@ -112,6 +112,10 @@ pub enum Verdict {
     NotReproducible,
     /// Nothing in the paper to compare with.
     Ours,
+    /// What this project promises, and keeps.
+    Holds,
+    /// What this project promises, and does not keep.
+    Fails,
 }
 
 /// A size counts as reproduced up to this share of the paper's value.
@@ -154,6 +158,8 @@ impl Verdict {
             Self::ShapeOnly => "shape only",
             Self::NotReproducible => "not reproducible",
             Self::Ours => "ours",
+            Self::Holds => "holds",
+            Self::Fails => "fails",
         }
     }
 }
