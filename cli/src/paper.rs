@@ -5,10 +5,13 @@ use crate::output;
 use crate::table::Table as Text;
 use crate::terminal;
 use red_paper::table::{Claim, Table};
-use red_paper::{EXPERIMENTS, Experiment, PaperError, Run, markdown};
+use red_paper::{EXPERIMENTS, Experiment, Group, PaperError, Run, markdown};
 use red_rt::stop::StopSignals;
 use serde::Serialize;
 use std::io;
+
+/// Name of all tables that are not the paper's.
+const SCOREBOARD: &str = "scoreboard";
 
 /// Seeds that intervals of confidence are made of.
 const SEEDS: u64 = 20;
@@ -23,7 +26,7 @@ to, no evidence). Same arguments, same output, to the byte.
 Example:
   redrt paper effectiveness --json")]
 pub(crate) struct Args {
-    /// Table; all of them unless told. `redrt paper list` names them.
+    /// Table, or `scoreboard` for those that are not the paper's; all of them unless told. `list` names them.
     #[arg(value_name = "TABLE")]
     table: Option<String>,
     /// Seeds to run, from 1.
@@ -73,8 +76,7 @@ pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
     if args.json {
         output::json(&Tables { seeds: args.seeds, tables })?;
     } else if args.markdown {
-        let parts: Vec<String> = tables.iter().map(markdown::of).collect();
-        output::line(parts.join("\n").trim_end())?;
+        output::line(&markdown::document(&tables, args.seeds))?;
     } else {
         let parts: Vec<String> = tables.iter().map(text).collect();
         output::line(&parts.join("\n\n\n"))?;
@@ -92,9 +94,14 @@ fn list() -> String {
 
 fn choose(name: Option<&str>) -> Result<Vec<Experiment>, Failure> {
     let Some(name) = name else { return Ok(EXPERIMENTS.to_vec()) };
-    let found = EXPERIMENTS.iter().find(|experiment| experiment.name == name);
-    found.map(|experiment| vec![*experiment]).ok_or_else(|| {
-        let names: Vec<&str> = EXPERIMENTS.iter().map(|experiment| experiment.name).collect();
+    let is_meant = |experiment: &&Experiment| match name {
+        SCOREBOARD => experiment.group == Group::Scoreboard,
+        _ => experiment.name == name,
+    };
+    let found: Vec<Experiment> = EXPERIMENTS.iter().filter(is_meant).copied().collect();
+    (!found.is_empty()).then_some(found).ok_or_else(|| {
+        let names: Vec<&str> =
+            EXPERIMENTS.iter().map(|experiment| experiment.name).chain([SCOREBOARD]).collect();
         Failure::Input(format!(
             "no table `{}`; expected one of {}",
             red_workload::shown(name),

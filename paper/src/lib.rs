@@ -15,5 +15,5 @@ pub mod stat;
 pub mod table;
 pub mod trial;
 
-pub use experiments::{EXPERIMENTS, Experiment};
+pub use experiments::{EXPERIMENTS, Experiment, Group};
 pub use run::{PaperError, Run};

@@ -27,6 +27,21 @@ pub fn head(column: &Column) -> String {
     if column.unit.is_empty() { column.name.to_owned() } else { format!("{} ({})", column.name, column.unit) }
 }
 
+/// Tables under one title.
+#[must_use]
+pub fn document(tables: &[Table], seeds: u64) -> String {
+    let head = format!(
+        "# The paper on trial\n\nWhat `redrt paper` prints as Markdown: the experiments of the RED paper in virtual time, its values \
+         beside ours, and policies beside each other. Means over {seeds} seeds with 95 % confidence intervals, the same to the \
+         byte wherever it is run. Verdicts: *reproduced*, direction and size; *shape only*, direction; *not reproducible*, \
+         neither, and why; *calibrated*, what the model was fitted to, which is no evidence; *ours*, nothing in the paper to \
+         compare with; *holds* and *fails*, what this project promises. Platforms and the reason for each of their numbers \
+         are in `paper/src/platform.rs`.\n"
+    );
+    let parts = tables.iter().map(of).map(|part| part.trim_end().to_owned());
+    [head.trim_end().to_owned()].into_iter().chain(parts).collect::<Vec<_>>().join("\n\n")
+}
+
 /// A table and its claims.
 #[must_use]
 pub fn of(table: &Table) -> String {

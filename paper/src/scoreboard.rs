@@ -4,6 +4,7 @@ pub(crate) mod acceptance;
 mod bound;
 mod drive;
 pub(crate) mod makespan;
+pub(crate) mod mixes;
 mod reference;
 mod rules;
 mod sets;

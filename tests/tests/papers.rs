@@ -18,6 +18,7 @@ fn papers() -> Vec<String> {
         "CONTRIBUTING.md",
         "docs/glossary.md",
         "docs/paper-map.md",
+        "docs/paper.md",
         "docs/targets.md",
         "examples/embassy-qemu/README.md",
         "docs/workload-file.md",

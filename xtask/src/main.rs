@@ -33,12 +33,14 @@ mod cuda;
 mod depth;
 mod faults;
 mod fuzz;
+mod kept;
 mod lock_files;
 mod loom;
 mod loom_mutants;
 mod miri;
 mod mutants;
 mod nightly;
+mod paper;
 mod preempt_rt;
 mod process;
 mod report;
@@ -88,6 +90,9 @@ usage: cargo xtask TASK
   install --prefix P [--target T]
                     headers, libraries, and files for CMake and pkg-config below P; T without an operating system:
                     red.h and the core; --binutils BEGIN: what the names of T's linker and the like begin with
+  paper [--check]   writes docs/paper.md, the tables of `redrt paper`; --check compares the committed one
+  scoreboard [ARG]...
+                    policies beside each other on random workloads: `redrt paper scoreboard`, with its ARGs
   models [--check]  writes the demo's networks; --check compares the committed ones with their generator
 
 example: cargo xtask test fmt clippy
@@ -144,6 +149,9 @@ fn main() -> ExitCode {
             Ok(wish) => status(loom::run(&workspace, wish.deep, &wish.names)),
             Err(reason) => refuse(&reason),
         },
+        ["paper"] => finish(paper::run(&workspace, false)),
+        ["paper", "--check"] => finish(paper::run(&workspace, true)),
+        ["scoreboard", ref rest @ ..] => finish(paper::scoreboard(&workspace, rest)),
         ["header"] => finish(abi::header(&workspace, false)),
         ["header", "--check"] => finish(abi::header(&workspace, true)),
         ["install", ref rest @ ..] => match abi::Wish::of(rest) {

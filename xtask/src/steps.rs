@@ -15,6 +15,7 @@ use crate::fuzz;
 use crate::lock_files;
 use crate::loom;
 use crate::miri;
+use crate::paper;
 use crate::preempt_rt;
 use crate::process::{Failure, Run};
 use crate::report::Tally;
@@ -69,6 +70,11 @@ const STEPS: &[Step] = &[
         name: "cuda",
         what: "prototypes against NVIDIA's header, kernels against its assembler for five architectures",
         run: cuda::step,
+    },
+    Step {
+        name: "paper",
+        what: "the paper's tables and the scoreboard are what is printed, and promises kept",
+        run: paper_tables,
     },
     Step { name: "examples", what: "every example runs", run: examples },
     Step {
@@ -186,6 +192,10 @@ fn onnx(workspace: &Workspace, _: Depth) -> Result<Tally, Failure> {
     let library = tools::python(workspace)?.onnxruntime()?;
     let test = ["test", "--package", "red-bodies", "--features", "ort", "--no-fail-fast"];
     workspace.cargo(&test).env("ORT_DYLIB_PATH", library).stream()
+}
+
+fn paper_tables(workspace: &Workspace, _: Depth) -> Result<Tally, Failure> {
+    paper::run(workspace, true)
 }
 
 fn examples(workspace: &Workspace, _: Depth) -> Result<Tally, Failure> {

@@ -1,15 +1,18 @@
 //! `cargo xtask header`: the header, made of the sources of the C ABI, and the table in its manual, made of the header.
 
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use super::build::{folder_at, write};
+use super::build::folder_at;
 use super::declared::Declared;
 use super::{layer, table};
+use crate::kept::keep;
 use crate::process::Failure;
 use crate::tools;
 use crate::workspace::Workspace;
 
+/// What writes header and table.
+const TASK: &str = "header";
 /// The version of cbindgen that `ffi/cbindgen.toml` is written for.
 const CBINDGEN: &str = "0.29.2";
 /// What is said about every function.
@@ -34,10 +37,10 @@ pub(crate) fn run(workspace: &Workspace, check: bool) -> Result<(), Failure> {
     if check {
         planted(&header, &text)?;
     }
-    keep(&header, &text, check)?;
+    keep(&header, &text, TASK, check)?;
     let manual = workspace.root.join(table::MANUAL);
     let table = table::inserted(&text_of(&manual)?, &table::of_header(workspace)?).map_err(Failure::Wrong)?;
-    keep(&manual, &table, check)
+    keep(&manual, &table, TASK, check)
 }
 
 /// The header as cbindgen makes it now.
@@ -51,31 +54,14 @@ fn made(workspace: &Workspace) -> Result<PathBuf, Failure> {
     Ok(made)
 }
 
-/// Makes a file what it should be, or says that it is not.
-fn keep(path: &PathBuf, text: &str, check: bool) -> Result<(), Failure> {
-    let there = fs::read_to_string(path).unwrap_or_default();
-    if there == text {
-        return Ok(());
-    }
-    if !check {
-        say!("wrote {}", path.display());
-        return write(path, text);
-    }
-    let line = 1 + there.lines().zip(text.lines()).take_while(|(there, made)| there == made).count();
-    Err(Failure::Wrong(format!(
-        "{}:{line}: not what `cargo xtask header` makes of ffi/src: run it",
-        path.display()
-    )))
-}
-
 /// That the checks see a header without a word about time.
-fn planted(header: &PathBuf, text: &str) -> Result<(), Failure> {
+fn planted(header: &Path, text: &str) -> Result<(), Failure> {
     let planted = text.replacen(" Time: ", " ", 1);
     let found = unsaid(&Declared::of(&planted));
     let [said] = &found[..] else {
         return Err(Failure::Wrong(format!("a function without a word about time is not found: {found:?}")));
     };
-    match keep(header, &planted, true) {
+    match keep(header, &planted, TASK, true) {
         Err(differs) => say!("found, as it should be: {said} is missing; {differs}"),
         Ok(()) => return Err(Failure::Wrong("a changed header is not found".to_owned())),
     }
