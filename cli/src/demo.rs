@@ -5,8 +5,8 @@
 //! beside segmentation. Each is one call of the same multi-task network, so EDF computes the shared encoder in
 //! every call, and REDRT once per frame.
 
-mod models;
-mod scene;
+pub(crate) mod models;
+pub(crate) mod scene;
 
 use crate::given_up::{GivenUp, legend};
 use crate::happened;

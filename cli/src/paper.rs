@@ -1,5 +1,8 @@
 //! `redrt paper`: the paper's experiments, our numbers beside the paper's.
 
+mod real;
+
+use crate::options;
 use crate::outcome::{Answer, Failure};
 use crate::output;
 use crate::table::Table as Text;
@@ -9,6 +12,7 @@ use red_paper::{EXPERIMENTS, Experiment, Group, PaperError, Run, markdown};
 use red_rt::stop::StopSignals;
 use serde::Serialize;
 use std::io;
+use std::path::PathBuf;
 
 /// Name of all tables that are not the paper's.
 const SCOREBOARD: &str = "scoreboard";
@@ -26,12 +30,19 @@ to, no evidence). Same arguments, same output, to the byte.
 Example:
   redrt paper effectiveness --json")]
 pub(crate) struct Args {
-    /// Table, or `scoreboard` for those that are not the paper's; all of them unless told. `list` names them.
+    /// Table, or `scoreboard` for those that are not the paper's, or `real` for runs on this machine; all but `real` unless
+    /// told. `list` names them.
     #[arg(value_name = "TABLE")]
     table: Option<String>,
     /// Seeds to run, from 1.
     #[arg(long, value_name = "N", default_value_t = SEEDS, value_parser = clap::value_parser!(u64).range(2..=10_000))]
     seeds: u64,
+    /// Time of each of the 125 runs of `real`.
+    #[arg(long, value_name = "TIME", default_value = "2500ms", allow_hyphen_values = true, value_parser = options::duration_ns)]
+    duration: u64,
+    /// Folder for the workloads and networks of `real`.
+    #[arg(long, value_name = "FOLDER", default_value = "redrt-demo")]
+    out: PathBuf,
     /// Print Markdown.
     #[arg(long, conflicts_with = "json")]
     markdown: bool,
@@ -52,8 +63,16 @@ pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
         output::line(&list())?;
         return Ok(Answer::Yes);
     }
-    let chosen = choose(args.table.as_deref())?;
     let signals = StopSignals::install().map_err(|e| Failure::Machine(e.to_string()))?;
+    if args.table.as_deref() == Some(real::NAME) {
+        let Some(table) = real::run(&args.out, args.duration, &signals)? else {
+            output::note("stopped before the table was done");
+            return Ok(Answer::No);
+        };
+        print(args, vec![table])?;
+        return Ok(Answer::Yes);
+    }
+    let chosen = choose(args.table.as_deref())?;
     let is_stopped = || signals.requested().is_some();
     let mut tables = Vec::new();
     for (nth, experiment) in chosen.iter().enumerate() {
@@ -73,15 +92,19 @@ pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
         let (done, all) = (tables.len(), chosen.len());
         output::note(&format!("stopped by {signal} after {done} of {all} tables"));
     }
+    print(args, tables)?;
+    Ok(Answer::of(is_whole))
+}
+
+fn print(args: &Args, tables: Vec<Table>) -> Result<(), Failure> {
     if args.json {
-        output::json(&Tables { seeds: args.seeds, tables })?;
+        output::json(&Tables { seeds: args.seeds, tables })
     } else if args.markdown {
-        output::line(&markdown::document(&tables, args.seeds))?;
+        output::line(&markdown::document(&tables, args.seeds))
     } else {
         let parts: Vec<String> = tables.iter().map(text).collect();
-        output::line(&parts.join("\n\n\n"))?;
+        output::line(&parts.join("\n\n\n"))
     }
-    Ok(Answer::of(is_whole))
 }
 
 fn list() -> String {
@@ -89,6 +112,9 @@ fn list() -> String {
     for experiment in EXPERIMENTS {
         table.row([experiment.name, experiment.what].map(str::to_owned));
     }
+    table.row(
+        [real::NAME, "the scenarios with real networks on this machine, about 6 minutes"].map(str::to_owned),
+    );
     table.to_string()
 }
 
@@ -101,7 +127,7 @@ fn choose(name: Option<&str>) -> Result<Vec<Experiment>, Failure> {
     let found: Vec<Experiment> = EXPERIMENTS.iter().filter(is_meant).copied().collect();
     (!found.is_empty()).then_some(found).ok_or_else(|| {
         let names: Vec<&str> =
-            EXPERIMENTS.iter().map(|experiment| experiment.name).chain([SCOREBOARD]).collect();
+            EXPERIMENTS.iter().map(|experiment| experiment.name).chain([SCOREBOARD, real::NAME]).collect();
         Failure::Input(format!(
             "no table `{}`; expected one of {}",
             red_workload::shown(name),

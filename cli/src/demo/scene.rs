@@ -22,8 +22,9 @@ const OBSTACLE_PERCENT: (u64, u64) = (30, 60);
 /// Time for measuring, over all networks, and how often each is run at least, also on a slow machine.
 const MEASURING: Duration = Duration::from_millis(1_600);
 const LEAST_ROUNDS: usize = 3;
-const CAMERA_NS: u64 = 100_000;
-const ACTUATE_NS: u64 = 50_000;
+/// What a camera and an actuator take.
+pub(crate) const CAMERA_NS: u64 = 100_000;
+pub(crate) const ACTUATE_NS: u64 = 50_000;
 
 const NETWORKS: [&str; 5] = ["encoder", "lane", "segment", "detect", "control"];
 /// The order in which a frame under EDF runs them, which is what the load is made for.
@@ -34,6 +35,11 @@ const FRAME: [usize; 8] = [0, 1, 0, 2, 0, 3, 0, 4];
 pub(crate) struct Costs([u64; 5]);
 
 impl Costs {
+    /// Of the network of this name, in nanoseconds.
+    pub(crate) fn of(&self, network: &str) -> u64 {
+        NETWORKS.iter().zip(self.0).find(|(name, _)| **name == network).map_or(0, |(_, cost)| cost)
+    }
+
     /// Measures every network on a thread like a lane's, for less than 2 s in all; nothing if a signal came.
     pub(crate) fn measure(folder: &Path) -> Result<Option<Self>, Failure> {
         let stop = StopSignals::install().map_err(|e| Failure::Machine(e.to_string()))?;
