@@ -1,0 +1,173 @@
+//! A certificate: what was proved, with everything that checking it again takes.
+//!
+//! It is one JSON object. Times are integers in nanoseconds. Whoever checks it evaluates one inequality for each task (of
+//! PREFIX one for each segment and the closing one, of several clusters one for each), with no search and no fixed point:
+//!
+//! - `workload_sha256` is [`Set::digest`](crate::Set::digest) of the workload's clusters and tasks; `sha256` is SHA-256 of the
+//!   JSON of all other fields, in this order, without spaces.
+//! - Every task is in `tasks`, in their order. `response_ns` is R, within the deadline, or `null`: not proved. A task that is
+//!   not proved does work until D + the largest node + 1 ns at most, because its jobs are given up when they are late.
+//! - The chains are recomputed from `chain_of`: nodes with a cost that have the same number and cluster have to be totally
+//!   ordered by reachability.
+//! - The inequalities are those of `single.rs` and `several.rs`, with the R of all tasks as they stand here.
+//! - `guarantee` is `analytic` where each task with a node in the cluster is proved, else what is known beside that:
+//!   `empirical`, a simulation showed no miss, or `best-effort`.
+
+use crate::set::hex;
+use serde::{Deserialize, Serialize};
+
+/// The version of this format.
+pub const VERSION: u32 = 1;
+
+/// What was proved of a workload.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Certificate {
+    /// [`VERSION`].
+    pub version: u32,
+    /// [`Set::digest`](crate::Set::digest).
+    pub workload_sha256: String,
+    /// Rule of keys: `latest-start`.
+    pub rule: String,
+    /// Clusters in the order of the set.
+    pub clusters: Vec<ClusterProof>,
+    /// Tasks in the order of the set.
+    pub tasks: Vec<TaskProof>,
+    /// Least D - R of a proved task.
+    pub margin_ns: Option<u64>,
+    /// That task, and its test.
+    pub binding: String,
+    /// Of all fields above.
+    pub sha256: String,
+}
+
+/// A cluster.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ClusterProof {
+    /// Pool.
+    pub pool: String,
+    /// Name.
+    pub name: String,
+    /// Lanes.
+    pub lanes: u32,
+    /// What is known of its tasks.
+    pub guarantee: Guarantee,
+    /// Names of the tasks with a node in it.
+    pub tasks: Vec<String>,
+}
+
+/// What a verdict is worth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Guarantee {
+    /// Proved for every release offset and every execution time up to the WCET.
+    Analytic,
+    /// A simulation showed no miss.
+    Empirical,
+    /// Nothing is known.
+    BestEffort,
+}
+
+/// A task.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TaskProof {
+    /// Name.
+    pub name: String,
+    /// D.
+    pub deadline_ns: u64,
+    /// R, if it is proved.
+    pub response_ns: Option<u64>,
+    /// W: sum of all costs.
+    pub work_ns: u64,
+    /// L: longest path.
+    pub critical_path_ns: u64,
+    /// Lmin: shortest path from source to sink.
+    pub shortest_path_ns: u64,
+    /// H: nodes of the path with the most of them.
+    pub hops: u64,
+    /// kap: the latest key; below zero where D is below the longest path.
+    pub last_key_ns: i64,
+    /// Chain of each node within its cluster.
+    pub chain_of: Vec<usize>,
+    /// How R is proved.
+    pub proof: Option<Proof>,
+}
+
+/// How a response time is proved.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(tag = "test", rename_all = "kebab-case", deny_unknown_fields)]
+pub enum Proof {
+    /// One inequality over the response time.
+    A0 {
+        /// Which nodes of others count.
+        keys: Keys,
+        /// How J's own work is bounded.
+        variant: Variant,
+    },
+    /// One inequality for each segment of windows that begin before the release, and the closing one.
+    Prefix {
+        /// Which nodes of others count.
+        keys: Keys,
+        /// How J's own work is bounded.
+        variant: Variant,
+        /// Begins of the segments; the first is 0.
+        segments_ns: Vec<u64>,
+    },
+    /// Nobody else is in its cluster: its longest chain, and the rest on the lanes that so many chains leave.
+    Paths {
+        /// Chains beside the first that have a lane to themselves.
+        chains: usize,
+    },
+    /// One inequality for each cluster.
+    Several {
+        /// Which nodes of others count.
+        keys: Keys,
+        /// Waits by cluster, in the order of the set; 0 where it has no node.
+        waits_ns: Vec<u64>,
+    },
+}
+
+/// Which nodes of others count as going before the job's.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Keys {
+    /// All.
+    Any,
+    /// Those of no later keys, and those of later ones that had started.
+    Key,
+}
+
+/// How the job's own work beside its critical chain is bounded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Variant {
+    /// By W - L, over waiting for the shortest path.
+    A,
+    /// By what can fall into the waiting.
+    B,
+}
+
+impl Certificate {
+    /// The certificate with its checksum.
+    #[must_use]
+    pub fn sealed(self) -> Self {
+        let sha256 = self.checksum();
+        Self { sha256, ..self }
+    }
+
+    /// What `sha256` has to be.
+    #[must_use]
+    pub fn checksum(&self) -> String {
+        let open = Self { sha256: String::new(), ..self.clone() };
+        // Plain data: there is nothing in it that JSON does not have.
+        hex(serde_json::to_string(&open).unwrap_or_default().as_bytes())
+    }
+
+    /// Whether every task is proved.
+    #[must_use]
+    pub fn is_analytic(&self) -> bool {
+        self.tasks.iter().all(|task| task.response_ns.is_some())
+    }
+}

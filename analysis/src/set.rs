@@ -1,0 +1,79 @@
+//! What is to be proved: tasks, and the clusters of lanes that their nodes run on.
+
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+use std::fmt::Write;
+
+/// A set of tasks. Edges lead between nodes of one task, and graphs are acyclic.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Set {
+    /// Clusters.
+    pub clusters: Vec<Cluster>,
+    /// Tasks.
+    pub tasks: Vec<Task>,
+}
+
+/// Lanes that are dispatched together, and apart from all others.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Cluster {
+    /// Pool that they are lanes of.
+    pub pool: String,
+    /// Name; that of the pool where it is not divided.
+    pub name: String,
+    /// How many, at least one.
+    pub lanes: u32,
+}
+
+/// A sporadic task. Times are in nanoseconds.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Task {
+    /// Name.
+    pub name: String,
+    /// Relative deadline.
+    pub deadline_ns: u64,
+    /// Least time between releases; `None`: it is released once.
+    pub period_ns: Option<u64>,
+    /// Nodes.
+    pub nodes: Vec<Node>,
+    /// From, to.
+    pub edges: Vec<(usize, usize)>,
+}
+
+/// A node.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Node {
+    /// Name.
+    pub name: String,
+    /// WCET and contention, in nanoseconds.
+    pub cost_ns: u64,
+    /// Which of the set's clusters it runs on.
+    pub cluster: usize,
+}
+
+impl Set {
+    /// SHA-256 of everything in it, in hexadecimal digits: of one line for each cluster, task, node and edge, in their
+    /// order, as words with a space between them. Names have no spaces.
+    #[must_use]
+    pub fn digest(&self) -> String {
+        let mut text = String::new();
+        for Cluster { pool, name, lanes } in &self.clusters {
+            let _ = writeln!(text, "cluster {pool} {name} {lanes}");
+        }
+        for task in &self.tasks {
+            let period = task.period_ns.map_or_else(|| "once".to_owned(), |ns| ns.to_string());
+            let _ = writeln!(text, "task {} {} {period}", task.name, task.deadline_ns);
+            for Node { name, cost_ns, cluster } in &task.nodes {
+                let _ = writeln!(text, "node {name} {cost_ns} {cluster}");
+            }
+            for (from, to) in &task.edges {
+                let _ = writeln!(text, "edge {from} {to}");
+            }
+        }
+        hex(text.as_bytes())
+    }
+}
+
+/// SHA-256 in hexadecimal digits.
+pub(crate) fn hex(bytes: &[u8]) -> String {
+    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
+}
