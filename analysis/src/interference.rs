@@ -8,7 +8,9 @@ use crate::shape::{Part, Shape};
 /// A task as others in its cluster see it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Other<'a> {
-    pub(crate) shape: &'a Shape,
+    /// `None`: released once.
+    pub(crate) period: Option<i128>,
+    /// What bounds every graph of it.
     pub(crate) part: &'a Part,
     /// No job of it has work that long after its release.
     pub(crate) bound: i128,
@@ -51,7 +53,7 @@ impl Other<'_> {
         let f = |x: i128| self.part.f(x.min(w.cap).min(self.bound).min(w.win));
         let of_last = |x: i128| last.map_or(x, |last| x.min(last));
         let mut most = of_last(f(limit));
-        let Some(period) = self.shape.period else { return most };
+        let Some(period) = self.period else { return most };
         let whole = limit / period;
         for n in [whole, whole - 1] {
             if n < 1 {
@@ -72,8 +74,8 @@ impl Other<'_> {
         if z < 0 {
             return 0;
         }
-        let later = self.shape.period.map_or(0, |period| z / period);
-        let period = self.shape.period.unwrap_or(0);
+        let later = self.period.map_or(0, |period| z / period);
+        let period = self.period.unwrap_or(0);
         let whole = |j: i128| self.part.f((w.win - j * period).min(w.cap).min(self.bound));
         // Far from the window's end all jobs have the same; only those near it are cut.
         let usual = self.part.f(w.cap.min(self.bound));

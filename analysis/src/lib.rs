@@ -3,19 +3,16 @@
 //!
 //! They hold for the dispatcher of this project as it is configured by default: work-conserving in each cluster of lanes,
 //! non-preemptive, ordered by latest start, no gates, and nothing that waits on purpose. [`prove`] searches, and writes what
-//! it found into a [`Certificate`], which the package `red-verify` checks without searching.
+//! it found into a certificate, which the package `red-certificate` checks without searching.
 #![forbid(unsafe_code)]
 
-mod certificate;
 mod interference;
+mod member;
 mod prove;
-mod set;
 mod several;
 mod shape;
 mod single;
 #[cfg(test)]
 mod world;
 
-pub use certificate::{Certificate, ClusterProof, Guarantee, Keys, Proof, TaskProof, VERSION, Variant};
 pub use prove::prove;
-pub use set::{Cluster, Node, Set, Task};

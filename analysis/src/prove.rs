@@ -1,16 +1,18 @@
 //! The search: bounds of all tasks that hold together.
 //!
-//! *Rule.* Every task begins with R = D, and takes the least R that a test proves with the R of all others, until nothing
-//! changes. A task that no test proves is one that is cut: its jobs are given up once they are late, so they have work until
-//! D + the largest node; then everything begins anew.
+//! *Rule.* Every task begins with R = D, and takes the least R that tests prove for each of its graphs with the R of all
+//! others, until nothing changes. A task that no test proves is one that is cut: its jobs are given up once they are late, so
+//! they have work until D + the largest node; then everything begins anew.
 //! *Why it holds.* All tests hold in the same final vector, which is checked once more at the end.
 
-use crate::certificate::{self, Certificate, ClusterProof, Guarantee, Proof, TaskProof, VERSION};
 use crate::interference::{Keys, Looked, Other};
-use crate::set::Set;
+use crate::member::{Member, only};
 use crate::several::{self, InCluster};
-use crate::shape::Shape;
+use crate::shape::{Part, Shape};
 use crate::single::{Proved, Single, Variant};
+use red_certificate::{
+    self as certificate, Certificate, ClusterProof, Guarantee, Proof, Set, TaskProof, VERSION, VersionProof,
+};
 
 /// Rounds of the outer fixed point.
 const ROUNDS: usize = 16;
@@ -18,16 +20,17 @@ const ROUNDS: usize = 16;
 /// Proves what it can of a set. Time bound: a few milliseconds for sets of the usual size.
 ///
 /// ```
-/// use red_analysis::{Cluster, Node, Set, Task, prove};
+/// use red_analysis::prove;
+/// use red_certificate::{Cluster, Graph, Node, Set, Task};
 /// let node = |name: &str, cost_ns| Node { name: name.to_owned(), cost_ns, cluster: 0 };
 /// let task = |name: &str, period| Task {
 ///     name: name.to_owned(),
 ///     deadline_ns: period,
 ///     period_ns: Some(period),
-///     nodes: vec![node("a", 2_000), node("b", 3_000)],
-///     edges: vec![(0, 1)],
+///     versions: vec![Graph { nodes: vec![node("a", 2_000), node("b", 3_000)], edges: vec![(0, 1)] }],
 /// };
 /// let set = Set {
+///     most_jobs: 64,
 ///     clusters: vec![Cluster { pool: "gpu".to_owned(), name: "gpu".to_owned(), lanes: 1 }],
 ///     tasks: vec![task("fast", 20_000), task("slow", 40_000)],
 /// };
@@ -62,136 +65,171 @@ impl Found {
 }
 
 struct Search {
-    shapes: Vec<Shape>,
+    members: Vec<Member>,
     lanes: Vec<i128>,
+    most_jobs: i128,
+    is_in_range: bool,
 }
+
+/// What proves each graph of a task; nothing, if one is not proved.
+type Proofs = Option<Vec<Found>>;
 
 impl Search {
     fn of(set: &Set) -> Self {
         Self {
-            shapes: set.tasks.iter().map(|task| Shape::of(set, task)).collect(),
+            members: set.tasks.iter().map(|task| Member::of(&set.clusters, task)).collect(),
             lanes: set.clusters.iter().map(|cluster| cluster.lanes.into()).collect(),
+            most_jobs: set.most_jobs.into(),
+            is_in_range: set.is_in_range(),
         }
     }
 
     /// Bounds that hold together, and what proves them; those of tasks that are cut are not proved.
-    fn run(&self) -> (Vec<i128>, Vec<Option<Found>>) {
-        let mut is_cut = vec![false; self.shapes.len()];
+    fn run(&self) -> (Vec<i128>, Vec<Proofs>) {
+        let mut is_cut = vec![!self.is_in_range; self.members.len()];
         loop {
-            let start = |(shape, is_cut): (&Shape, &bool)| {
-                if *is_cut { shape.deadline + shape.largest + 1 } else { shape.deadline }
-            };
-            let mut bounds: Vec<i128> = self.shapes.iter().zip(&is_cut).map(start).collect();
-            let mut proofs: Vec<Option<Found>> = vec![None; self.shapes.len()];
-            let mut unproved = None;
-            for _ in 0..ROUNDS {
-                let before = bounds.clone();
-                for k in (0..self.shapes.len()).filter(|k| !is_cut[*k]) {
-                    match self.best(k, &bounds) {
-                        Some(found) => {
-                            bounds[k] = found.response().min(bounds[k]);
-                            proofs[k] = Some(found);
-                        }
-                        // With the bounds of others only falling, what was proved stays proved.
-                        None if proofs[k].is_some() => {}
-                        None => unproved = Some(k),
-                    }
-                    if unproved.is_some() {
-                        break;
-                    }
+            match self.settle(&is_cut) {
+                Err(unproved) => is_cut[unproved] = true,
+                Ok((bounds, _)) if !self.has_room(&bounds) => {
+                    return (bounds, vec![None; self.members.len()]);
                 }
-                if unproved.is_some() || bounds == before {
-                    break;
-                }
-            }
-            match unproved {
-                Some(k) => is_cut[k] = true,
-                None => return (bounds, proofs),
+                Ok(found) => return found,
             }
         }
     }
 
-    fn others<'a>(&'a self, k: usize, cluster: usize, bounds: &[i128]) -> Vec<Other<'a>> {
-        let other = |(i, shape): (usize, &'a Shape)| {
-            let part = shape.parts[cluster].as_ref().filter(|_| i != k)?;
-            Some(Other { shape, part, bound: bounds[i] })
+    /// The same where these tasks are cut; or one more that has to be.
+    fn settle(&self, is_cut: &[bool]) -> Result<(Vec<i128>, Vec<Proofs>), usize> {
+        let start = |(member, is_cut): (&Member, &bool)| {
+            if *is_cut { member.deadline + member.largest() + 1 } else { member.deadline }
         };
-        self.shapes.iter().enumerate().filter_map(other).collect()
+        let mut bounds: Vec<i128> = self.members.iter().zip(is_cut).map(start).collect();
+        let mut proofs: Vec<Proofs> = vec![None; self.members.len()];
+        for _ in 0..ROUNDS {
+            let before = bounds.clone();
+            for k in (0..self.members.len()).filter(|k| !is_cut[*k]) {
+                if let Some(found) = self.best(k, &bounds) {
+                    let response = found.iter().map(Found::response).max().unwrap_or(0);
+                    bounds[k] = response.min(bounds[k]);
+                    proofs[k] = Some(found);
+                } else if proofs[k].is_none() {
+                    // With the bounds of others only falling, what was proved stays proved.
+                    return Err(k);
+                }
+            }
+            if bounds == before {
+                break;
+            }
+        }
+        Ok((bounds, proofs))
+    }
+
+    /// Whether no job can find the scheduler full.
+    fn has_room(&self, bounds: &[i128]) -> bool {
+        let at_once = |(member, bound): (&Member, &i128)| {
+            1 + member.period.map_or(0, |period| bound.div_euclid(period))
+        };
+        self.members.iter().zip(bounds).map(at_once).sum::<i128>() <= self.most_jobs
+    }
+
+    fn others<'a>(&'a self, k: usize, cluster: usize, bounds: &[i128]) -> Vec<Other<'a>> {
+        let other = |(i, member): (usize, &'a Member)| {
+            let part = member.parts[cluster].as_ref().filter(|_| i != k)?;
+            Some(Other { period: member.period, part, bound: bounds[i] })
+        };
+        self.members.iter().enumerate().filter_map(other).collect()
     }
 
     /// Whether the limited carry-in of PREFIX may be claimed: nobody in the cluster is elsewhere, too, or overlaps itself.
     fn has_prefix(&self, cluster: usize) -> bool {
-        self.shapes.iter().filter(|shape| shape.parts[cluster].is_some()).all(|shape| {
-            shape.only_cluster() == Some(cluster)
-                && shape.period.is_none_or(|period| shape.deadline <= period)
+        self.members.iter().filter(|member| member.parts[cluster].is_some()).all(|member| {
+            member.only_cluster() == Some(cluster)
+                && member.period.is_none_or(|period| member.deadline <= period)
         })
     }
 
-    fn best(&self, k: usize, bounds: &[i128]) -> Option<Found> {
-        let shape = &self.shapes[k];
-        if let Some(cluster) = shape.only_cluster() {
-            let (part, others) = (shape.parts[cluster].as_ref()?, self.others(k, cluster, bounds));
-            let looked = Looked { shape, others: &others, lanes: self.lanes[cluster] };
-            let single = Single { looked, part, bound: bounds[k] };
-            let found = single.best(bounds[k], self.has_prefix(cluster)).map(Found::Single);
-            let alone = self.alone(k, others.is_empty(), bounds[k]);
-            return found.into_iter().chain(alone).min_by_key(Found::response);
-        }
+    /// The best proof of each graph of a task.
+    fn best(&self, k: usize, bounds: &[i128]) -> Proofs {
+        let alone = self.alone(k, bounds[k]);
+        let of = |(nth, shape): (usize, &Shape)| {
+            let found = match only(&shape.parts) {
+                Some(cluster) => self.in_one(k, shape, cluster, bounds),
+                None => self.in_several(k, shape, bounds),
+            };
+            let alone = alone.as_ref().map(|alone| alone[nth].clone());
+            found.into_iter().chain(alone).min_by_key(Found::response)
+        };
+        self.members[k].shapes.iter().enumerate().map(of).collect()
+    }
+
+    fn in_one(&self, k: usize, shape: &Shape, cluster: usize, bounds: &[i128]) -> Option<Found> {
+        let Member { period, parts, .. } = &self.members[k];
+        let others = self.others(k, cluster, bounds);
+        let looked = Looked { shape, others: &others, lanes: self.lanes[cluster] };
+        let this = Other { period: *period, part: parts[cluster].as_ref()?, bound: bounds[k] };
+        let single = Single { looked, part: shape.parts[cluster].as_ref()?, this };
+        single.best(bounds[k], self.has_prefix(cluster)).map(Found::Single)
+    }
+
+    fn in_several(&self, k: usize, shape: &Shape, bounds: &[i128]) -> Option<Found> {
         // The test for several clusters knows no other jobs of the same task.
-        if shape.period.is_some_and(|period| shape.deadline > period) {
+        let member = &self.members[k];
+        if member.period.is_some_and(|period| member.deadline > period) {
             return None;
         }
-        let used: Vec<usize> =
-            (0..self.lanes.len()).filter(|cluster| shape.parts[*cluster].is_some()).collect();
+        let used: Vec<(usize, &Part)> =
+            shape.parts.iter().enumerate().filter_map(|(at, part)| Some((at, part.as_ref()?))).collect();
         let others: Vec<Vec<Other<'_>>> =
-            used.iter().map(|cluster| self.others(k, *cluster, bounds)).collect();
-        let parts: Vec<InCluster<'_>> = used
-            .iter()
-            .zip(&others)
-            .filter_map(|(cluster, others)| {
-                let looked = Looked { shape, others, lanes: self.lanes[*cluster] };
-                Some(InCluster { cluster: *cluster, looked, part: shape.parts[*cluster].as_ref()? })
-            })
-            .collect();
+            used.iter().map(|(cluster, _)| self.others(k, *cluster, bounds)).collect();
+        let mut parts = Vec::with_capacity(used.len());
+        for ((cluster, part), others) in used.into_iter().zip(&others) {
+            let looked = Looked { shape, others, lanes: self.lanes[cluster] };
+            parts.push(InCluster { cluster, looked, part });
+        }
         several::waits(&parts, shape.longest, bounds[k]).map(Found::Several)
     }
 
-    /// The multi-path bound of a task that has its cluster to itself, one job after the other: He et al., RTSS 2022.
-    fn alone(&self, k: usize, is_alone: bool, limit: i128) -> Option<Found> {
-        let shape = &self.shapes[k];
-        let cluster = shape.only_cluster().filter(|_| is_alone)?;
-        let (part, lanes) = (shape.parts[cluster].as_ref()?, self.lanes[cluster]);
-        let mut rest = part.work;
-        let bounds = (0..lanes).zip(&part.chains).enumerate().map(|(nth, (taken, length))| {
-            rest -= length;
-            let response = shape.longest + (rest + lanes - taken - 1).div_euclid(lanes - taken);
-            Found::Paths { response, chains: nth }
-        });
-        let best = bounds.min_by_key(Found::response)?;
-        let limit = shape.period.map_or(limit, |period| period.min(limit));
-        (best.response() <= limit).then_some(best)
+    /// The multi-path bound of a task that has its cluster to itself, one job after the other: He et al., RTSS 2022. Of each
+    /// graph, if all of them end before the next job comes.
+    fn alone(&self, k: usize, limit: i128) -> Proofs {
+        let member = &self.members[k];
+        let cluster = member.only_cluster()?;
+        if (0..self.members.len()).any(|i| i != k && self.members[i].parts[cluster].is_some()) {
+            return None;
+        }
+        let limit = member.period.map_or(limit, |period| period.min(limit));
+        let lanes = self.lanes[cluster];
+        let of = |shape: &Shape| {
+            let part = shape.parts[cluster].as_ref()?;
+            let mut rest = part.work;
+            let bounds = (0..lanes).zip(&part.chains).enumerate().map(|(nth, (taken, length))| {
+                rest -= length;
+                let response = shape.longest + (rest + lanes - taken - 1).div_euclid(lanes - taken);
+                Found::Paths { response, chains: nth }
+            });
+            bounds.min_by_key(Found::response).filter(|found| found.response() <= limit)
+        };
+        member.shapes.iter().map(of).collect()
     }
 
-    fn certificate(&self, set: &Set, bounds: &[i128], proofs: &[Option<Found>]) -> Certificate {
-        let task = |(i, task): (usize, &crate::set::Task)| {
-            let shape = &self.shapes[i];
-            let work = shape.parts.iter().flatten().map(|part| part.work).sum();
-            TaskProof {
-                name: task.name.clone(),
-                deadline_ns: task.deadline_ns,
-                response_ns: proofs[i].as_ref().map(|_| narrow(bounds[i])),
-                work_ns: narrow(work),
-                critical_path_ns: narrow(shape.longest),
-                shortest_path_ns: narrow(shape.shortest),
-                hops: narrow(shape.hops),
-                last_key_ns: i64::try_from(shape.last_key).unwrap_or(i64::MIN),
-                chain_of: shape.chain_of.clone(),
-                proof: proofs[i].as_ref().map(|found| self.proof(found)),
-            }
-        };
-        let tasks: Vec<TaskProof> = set.tasks.iter().enumerate().map(task).collect();
-        let cluster = |(c, cluster): (usize, &crate::set::Cluster)| {
-            let here = || self.shapes.iter().zip(&tasks).filter(move |(shape, _)| shape.parts[c].is_some());
+    fn certificate(&self, set: &Set, bounds: &[i128], proofs: &[Proofs]) -> Certificate {
+        let tasks: Vec<TaskProof> = (0..set.tasks.len())
+            .map(|i| {
+                let (task, proofs) = (&set.tasks[i], proofs[i].as_ref());
+                let version = |(nth, shape): (usize, &Shape)| {
+                    self.version(shape, proofs.and_then(|proofs| proofs.get(nth)))
+                };
+                TaskProof {
+                    name: task.name.clone(),
+                    deadline_ns: task.deadline_ns,
+                    response_ns: proofs.map(|_| narrow(bounds[i])),
+                    versions: self.members[i].shapes.iter().enumerate().map(version).collect(),
+                }
+            })
+            .collect();
+        let cluster = |(c, cluster): (usize, &certificate::Cluster)| {
+            let here =
+                || self.members.iter().zip(&tasks).filter(move |(member, _)| member.parts[c].is_some());
             let is_proved = here().all(|(_, task)| task.response_ns.is_some());
             ClusterProof {
                 pool: cluster.pool.clone(),
@@ -201,21 +239,30 @@ impl Search {
                 tasks: here().map(|(_, task)| task.name.clone()).collect(),
             }
         };
-        let margin = |task: &TaskProof| {
-            Some((task.deadline_ns - task.response_ns?, task.name.clone(), task.proof.as_ref()?.name()))
-        };
-        let tightest = tasks.iter().filter_map(margin).min();
         Certificate {
             version: VERSION,
             workload_sha256: set.digest(),
             rule: "latest-start".to_owned(),
             clusters: set.clusters.iter().enumerate().map(cluster).collect(),
-            margin_ns: tightest.as_ref().map(|(margin, ..)| *margin),
-            binding: tightest.map_or_else(String::new, |(_, task, test)| format!("{task} by {test}")),
+            margin_ns: Certificate::tightest(&tasks).map(|(margin, _)| margin),
+            binding: Certificate::tightest(&tasks).map_or_else(String::new, |(_, binding)| binding),
             tasks,
             sha256: String::new(),
         }
         .sealed()
+    }
+
+    fn version(&self, shape: &Shape, found: Option<&Found>) -> VersionProof {
+        VersionProof {
+            work_ns: narrow(shape.work),
+            critical_path_ns: narrow(shape.longest),
+            shortest_path_ns: narrow(shape.shortest),
+            hops: narrow(shape.hops),
+            last_key_ns: i64::try_from(shape.last_key).unwrap_or(i64::MIN),
+            chain_of: shape.chain_of.clone(),
+            response_ns: found.map(|found| narrow(found.response())),
+            proof: found.map(|found| self.proof(found)),
+        }
     }
 
     fn proof(&self, found: &Found) -> Proof {
@@ -247,19 +294,6 @@ impl Search {
                     },
                 }
             }
-        }
-    }
-}
-
-impl Proof {
-    /// Name of the test.
-    #[must_use]
-    pub const fn name(&self) -> &'static str {
-        match self {
-            Self::A0 { .. } => "A0",
-            Self::Prefix { .. } => "PREFIX",
-            Self::Paths { .. } => "chains alone",
-            Self::Several { .. } => "several clusters",
         }
     }
 }

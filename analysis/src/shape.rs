@@ -1,20 +1,19 @@
-//! What a test needs to know of a task: of the whole, and of its part in each cluster.
+//! What a test needs to know of a graph: of the whole, and of its part in each cluster.
 //!
 //! *Rule.* Keys are latest starts: o = D - tail - c after the release. Chains are sets of nodes, each totally ordered by
 //! reachability, taken greedily: the longest path, its nodes then cost nothing, and again. A chain never runs twice at once,
 //! so the work of one job in any time set of measure x is at most f(x) = min(m x, sum of min(l_c, x)).
 
-use crate::set::{Set, Task};
+use red_certificate::{Cluster, Graph};
 
 /// Runs of nodes by key that interference is told apart by, at most.
 const GROUPS: usize = 4;
 
-/// A task as the tests see it. Times are in nanoseconds.
+/// A graph as the tests see it. Times are in nanoseconds.
 #[derive(Clone, Debug)]
 pub(crate) struct Shape {
-    pub(crate) deadline: i128,
-    /// `None`: released once.
-    pub(crate) period: Option<i128>,
+    /// W: sum of all costs.
+    pub(crate) work: i128,
     /// L and Lmin: longest and shortest cost of a path from source to sink, over all clusters.
     pub(crate) longest: i128,
     pub(crate) shortest: i128,
@@ -26,11 +25,11 @@ pub(crate) struct Shape {
     pub(crate) largest: i128,
     /// Chain of each node within its cluster.
     pub(crate) chain_of: Vec<usize>,
-    /// What it has in each of the set's clusters; `None` where it has no node.
+    /// What it has in each cluster; `None` where it has no node.
     pub(crate) parts: Vec<Option<Part>>,
 }
 
-/// What a task has in one cluster.
+/// What a graph has in one cluster.
 #[derive(Clone, Debug)]
 pub(crate) struct Part {
     pub(crate) lanes: i128,
@@ -40,7 +39,7 @@ pub(crate) struct Part {
     /// Lengths of the chains, longest first.
     pub(crate) chains: Vec<i128>,
     /// Sums of the chains from each on to the last.
-    suffixes: Vec<i128>,
+    pub(crate) suffixes: Vec<i128>,
     /// Nodes: key and cost, the most costly first.
     pub(crate) nodes: Vec<(i128, i128)>,
     /// Runs of nodes by key: first key, work of this and all earlier runs.
@@ -78,7 +77,7 @@ impl Part {
     }
 }
 
-/// Predecessors, successors and an order of a task's graph.
+/// Predecessors, successors and an order of a graph.
 struct Order {
     before: Vec<Vec<usize>>,
     after: Vec<Vec<usize>>,
@@ -86,10 +85,10 @@ struct Order {
 }
 
 impl Order {
-    fn of(task: &Task) -> Self {
-        let count = task.nodes.len();
+    fn of(graph: &Graph) -> Self {
+        let count = graph.nodes.len();
         let (mut before, mut after) = (vec![Vec::new(); count], vec![Vec::new(); count]);
-        for (from, to) in &task.edges {
+        for (from, to) in &graph.edges {
             before[*to].push(*from);
             after[*from].push(*to);
         }
@@ -158,11 +157,11 @@ impl Order {
 }
 
 impl Shape {
-    pub(crate) fn of(set: &Set, task: &Task) -> Self {
-        let order = Order::of(task);
+    pub(crate) fn of(clusters: &[Cluster], deadline: i128, graph: &Graph) -> Self {
+        let order = Order::of(graph);
         // What the dispatcher orders by.
-        let exact: Vec<i128> = task.nodes.iter().map(|node| node.cost_ns.into()).collect();
-        let (deadline, tails) = (i128::from(task.deadline_ns), order.tails(&exact));
+        let exact: Vec<i128> = graph.nodes.iter().map(|node| node.cost_ns.into()).collect();
+        let tails = order.tails(&exact);
         let keys: Vec<i128> = (0..exact.len()).map(|node| deadline - tails[node] - exact[node]).collect();
         // A node of no cost has to wait for a lane, too. An unfinished job has executed less than a path only where each of
         // its nodes costs something; one nanosecond is above what such a node takes.
@@ -170,19 +169,18 @@ impl Shape {
         let heads = order.heads(&cost, i128::max);
         let hops = order.heads(&vec![1; cost.len()], i128::max);
         let mut chain_of = vec![0; cost.len()];
-        let parts = (0..set.clusters.len())
+        let parts = (0..clusters.len())
             .map(|cluster| {
-                let is_here = |node: usize| task.nodes[node].cluster == cluster;
+                let is_here = |node: usize| graph.nodes[node].cluster == cluster;
                 if !(0..cost.len()).any(is_here) {
                     return None;
                 }
-                let lanes = set.clusters[cluster].lanes.into();
+                let lanes = clusters[cluster].lanes.into();
                 Some(Part::of(&order, &cost, &keys, lanes, is_here, &mut chain_of))
             })
             .collect();
         Self {
-            deadline,
-            period: task.period_ns.map(i128::from),
+            work: cost.iter().sum(),
             longest: order.over_sinks(&heads, i128::max),
             shortest: order.over_sinks(&order.heads(&cost, i128::min), i128::min),
             hops: hops.into_iter().max().unwrap_or(0),
@@ -191,13 +189,6 @@ impl Shape {
             chain_of,
             parts,
         }
-    }
-
-    /// The only cluster that it has nodes in.
-    pub(crate) fn only_cluster(&self) -> Option<usize> {
-        let mut used = self.parts.iter().enumerate().filter(|(_, part)| part.is_some()).map(|(at, _)| at);
-        let first = used.next();
-        if used.next().is_none() { first } else { None }
     }
 }
 
@@ -217,10 +208,7 @@ impl Part {
         if chains.is_empty() {
             chains.push(0);
         }
-        let mut suffixes = vec![0; chains.len() + 1];
-        for (at, length) in chains.iter().enumerate().rev() {
-            suffixes[at] = suffixes[at + 1] + length;
-        }
+        let suffixes = suffixes(&chains);
         let mut by_key: Vec<(i128, i128)> =
             (0..cost.len()).filter(|n| is_here(*n)).map(|n| (keys[n], cost[n])).collect();
         by_key.sort_unstable();
@@ -238,6 +226,15 @@ impl Part {
         let places = order.order.iter().map(place).collect();
         Self { lanes, work, least, chains, suffixes, nodes, groups, places }
     }
+}
+
+/// Sums of each chain and all after it.
+pub(crate) fn suffixes(chains: &[i128]) -> Vec<i128> {
+    let mut suffixes = vec![0; chains.len() + 1];
+    for (at, length) in chains.iter().enumerate().rev() {
+        suffixes[at] = suffixes[at + 1] + length;
+    }
+    suffixes
 }
 
 /// Nodes by key, cut into at most [`GROUPS`] runs of about the same number; equal keys stay together.

@@ -37,15 +37,18 @@ pub(crate) struct Proved {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Single<'a> {
     pub(crate) looked: Looked<'a>,
+    /// Of the graph that is looked at.
     pub(crate) part: &'a Part,
-    /// No job of it has work that long after its release.
-    pub(crate) bound: i128,
+    /// Other jobs of the task, whatever their graph.
+    pub(crate) this: Other<'a>,
 }
 
 /// Rounds of a search and segments of a list, at most: giving up is sound.
 const ROUNDS: usize = 200;
 const SEGMENTS: usize = 400;
 const RESTARTS: usize = 150;
+/// Windows that a list goes to, at most: longer ones are a load so close to all lanes that sums grow beyond 128 bits.
+const LONGEST: i128 = 1 << 60;
 /// Fixed point of utilisations.
 const SCALE: i128 = 1 << 32;
 
@@ -70,19 +73,15 @@ impl Single<'_> {
         }
     }
 
-    fn this(&self) -> Other<'_> {
-        Other { shape: self.looked.shape, part: self.part, bound: self.bound }
-    }
-
     /// Other jobs of J's task that overlap it, where deadlines exceed periods: (all of their work, what goes before J).
     fn siblings(&self, response: i128, cap: i128) -> (i128, i128) {
-        let Some(period) = self.looked.shape.period else { return (0, 0) };
-        let first_key = self.part.groups.first().map_or(0, |(key, _)| *key);
+        let Other { period: Some(period), part, bound } = self.this else { return (0, 0) };
+        let first_key = part.groups.iter().map(|(key, _)| *key).min().unwrap_or(0);
         let (mut any, mut high) = (0, 0);
         let mut j = 1;
-        while self.bound - j * period > 0 || response - j * period > 0 {
-            let earlier = self.part.f((self.bound - j * period).min(cap));
-            let later = self.part.f((response - j * period).min(cap));
+        while bound - j * period > 0 || response - j * period > 0 {
+            let earlier = part.f((bound - j * period).min(cap));
+            let later = part.f((response - j * period).min(cap));
             any += earlier + later;
             high += earlier;
             if j * period <= self.looked.shape.last_key - first_key {
@@ -95,9 +94,10 @@ impl Single<'_> {
 
     /// The largest nodes of J's own task that may run as those of a later job.
     fn own_low(&self) -> i128 {
-        let overlaps = self.looked.shape.period.is_some_and(|period| self.bound > period);
+        let Other { period, part, bound } = self.this;
+        let overlaps = period.is_some_and(|period| bound > period);
         let count = usize::try_from(self.looked.lanes - 1).unwrap_or(0);
-        if overlaps { self.part.nodes.iter().take(count).map(|(_, cost)| *cost).sum() } else { 0 }
+        if overlaps { part.nodes.iter().take(count).map(|(_, cost)| *cost).sum() } else { 0 }
     }
 
     /// The right side of A0.
@@ -155,12 +155,11 @@ impl Single<'_> {
             carried.push((looked.carried(other, w, before, keys) - released).max(0));
         }
         // Of J's own task the earlier jobs.
-        if let Some(period) = looked.shape.period {
-            let this = self.this();
+        if let Some(period) = self.this.period {
             let z = Some(before - period);
-            let released = this.inside(w, z, None);
+            let released = self.this.inside(w, z, None);
             inside += released;
-            carried.push((this.carried(w, z, None) - released).max(0));
+            carried.push((self.this.carried(w, z, None) - released).max(0));
         }
         carried.sort_unstable_by(|a, b| b.cmp(a));
         let low = |lanes: i128| match keys {
@@ -187,17 +186,18 @@ impl Single<'_> {
         if keys == Keys::Key {
             constant += looked.first() + looked.later(response, cap, 0);
         }
-        for other in looked.others.iter().copied().chain([self.this()]) {
+        for other in looked.others.iter().copied().chain([self.this]) {
             let work = other.part.work;
             constant += 2 * work;
-            if let Some(period) = other.shape.period {
+            if let Some(period) = other.period {
                 utilisation += ceil(work * SCALE, period);
                 constant += ceil(work * (other.bound + response), period);
             }
         }
         let y = response - looked.shape.longest + 1;
         let (slack, needed) = (looked.lanes * SCALE - utilisation, (constant - looked.lanes * y) * SCALE);
-        (slack > 0).then(|| if needed < 0 { 0 } else { needed / slack + 1 })
+        let end = (slack > 0).then(|| if needed < 0 { 0 } else { needed / slack + 1 });
+        end.filter(|end| *end <= LONGEST)
     }
 
     /// The least response time that PREFIX proves, if that is within `limit`.

@@ -1,6 +1,6 @@
 //! What tests need: random sets, and a simulator of what the proofs assume of a dispatcher.
 
-use crate::set::{Cluster, Node, Set, Task};
+use red_certificate::{Cluster, Graph, Node, Set, Task};
 
 /// SplitMix64.
 pub(crate) struct Rng(pub(crate) u64);
@@ -26,19 +26,22 @@ pub(crate) fn task(
     costs: &[u64],
     edges: &[(usize, usize)],
 ) -> Task {
+    Task { name: name.to_owned(), deadline_ns, period_ns, versions: vec![graph(costs, edges)] }
+}
+
+/// A graph in cluster 0.
+pub(crate) fn graph(costs: &[u64], edges: &[(usize, usize)]) -> Graph {
     let node = |(n, cost): (usize, &u64)| Node { name: format!("n{n}"), cost_ns: *cost, cluster: 0 };
-    Task {
-        name: name.to_owned(),
-        deadline_ns,
-        period_ns,
-        nodes: costs.iter().enumerate().map(node).collect(),
-        edges: edges.to_vec(),
-    }
+    Graph { nodes: costs.iter().enumerate().map(node).collect(), edges: edges.to_vec() }
 }
 
 /// Tasks on one cluster of so many lanes.
 pub(crate) fn set(lanes: u32, tasks: Vec<Task>) -> Set {
-    Set { clusters: vec![Cluster { pool: "gpu".to_owned(), name: "gpu".to_owned(), lanes }], tasks }
+    Set {
+        most_jobs: 64,
+        clusters: vec![Cluster { pool: "gpu".to_owned(), name: "gpu".to_owned(), lanes }],
+        tasks,
+    }
 }
 
 /// A random set of small numbers, in which worst cases are hit often. `most_deadline`: D over T at most, in percent.
@@ -50,27 +53,35 @@ pub(crate) fn random(rng: &mut Rng, clusters: usize, load_percent: u64, most_dea
     let lanes: u64 = clusters.iter().map(|c| u64::from(c.lanes)).sum();
     let tasks = (0..count)
         .map(|t| {
-            let nodes = rng.within(1, 7) as usize;
-            let mut new = task(&format!("t{t}"), 0, None, &vec![0; nodes], &[]);
-            for node in &mut new.nodes {
-                node.cost_ns = if rng.within(0, 9) == 0 { 20 } else { rng.within(0, 9) };
-                node.cluster = rng.within(0, clusters.len() as u64 - 1) as usize;
-            }
-            for to in 1..nodes {
-                for from in 0..to {
-                    if rng.within(0, 3) == 0 {
-                        new.edges.push((from, to));
-                    }
-                }
-            }
-            let work: u64 = new.nodes.iter().map(|node| node.cost_ns).sum::<u64>().max(1);
+            let mut new = task(&format!("t{t}"), 0, None, &[], &[]);
+            let versions = if rng.within(0, 2) == 0 { 2 } else { 1 };
+            new.versions = (0..versions).map(|_| random_graph(rng, clusters.len())).collect();
+            let work = |graph: &Graph| graph.nodes.iter().map(|node| node.cost_ns).sum::<u64>().max(1);
+            let work = new.versions.iter().map(work).max().unwrap_or(1);
             let period = (work * count * 100).div_ceil(load_percent * lanes) * rng.within(50, 150) / 100;
             new.period_ns = Some(period.max(1));
             new.deadline_ns = (period * rng.within(60, most_deadline) / 100).max(1);
             new
         })
         .collect();
-    Set { clusters, tasks }
+    Set { most_jobs: 1_000, clusters, tasks }
+}
+
+fn random_graph(rng: &mut Rng, clusters: usize) -> Graph {
+    let nodes = rng.within(1, 7) as usize;
+    let mut graph = graph(&vec![0; nodes], &[]);
+    for node in &mut graph.nodes {
+        node.cost_ns = if rng.within(0, 9) == 0 { 20 } else { rng.within(0, 9) };
+        node.cluster = rng.within(0, clusters as u64 - 1) as usize;
+    }
+    for to in 1..nodes {
+        for from in 0..to {
+            if rng.within(0, 3) == 0 {
+                graph.edges.push((from, to));
+            }
+        }
+    }
+    graph
 }
 
 /// A node of a job on its way.
@@ -88,8 +99,10 @@ enum State {
     Done,
 }
 
-struct Job {
+struct Job<'a> {
     task: usize,
+    graph: &'a Graph,
+    keys: &'a [i128],
     release: u64,
     pieces: Vec<Piece>,
     is_cut: bool,
@@ -109,9 +122,9 @@ pub(crate) fn responses(rng: &mut Rng, set: &Set, kept: &[bool]) -> Vec<u64> {
         }
     }
     releases.sort_unstable();
-    let keys: Vec<Vec<i128>> = set.tasks.iter().map(keys).collect();
+    let keys: Vec<Vec<Vec<i128>>> = set.tasks.iter().map(keys).collect();
     let mut worst = vec![0; set.tasks.len()];
-    let mut jobs: Vec<Job> = Vec::new();
+    let mut jobs: Vec<Job<'_>> = Vec::new();
     let mut next = 0;
     let mut now = 0;
     loop {
@@ -120,7 +133,7 @@ pub(crate) fn responses(rng: &mut Rng, set: &Set, kept: &[bool]) -> Vec<u64> {
             for n in 0..job.pieces.len() {
                 if job.pieces[n].state == (State::Runs { until: now }) {
                     job.pieces[n].state = State::Done;
-                    for (_, to) in set.tasks[job.task].edges.iter().filter(|(from, _)| *from == n) {
+                    for (_, to) in job.graph.edges.iter().filter(|(from, _)| *from == n) {
                         job.pieces[*to].waits_for -= 1;
                     }
                 }
@@ -129,9 +142,11 @@ pub(crate) fn responses(rng: &mut Rng, set: &Set, kept: &[bool]) -> Vec<u64> {
         while next < releases.len() && releases[next].0 == now {
             let (release, t) = releases[next];
             next += 1;
-            let task = &set.tasks[t];
+            // A proof knows nothing of which graph comes when.
+            let version = rng.within(0, set.tasks[t].versions.len() as u64 - 1) as usize;
+            let graph = &set.tasks[t].versions[version];
             let piece = |(n, node): (usize, &Node)| Piece {
-                waits_for: task.edges.iter().filter(|(_, to)| *to == n).count(),
+                waits_for: graph.edges.iter().filter(|(_, to)| *to == n).count(),
                 time: match times {
                     0 => node.cost_ns,
                     1 => rng.within(0, node.cost_ns),
@@ -145,8 +160,8 @@ pub(crate) fn responses(rng: &mut Rng, set: &Set, kept: &[bool]) -> Vec<u64> {
                 },
                 state: State::Waiting,
             };
-            let pieces = task.nodes.iter().enumerate().map(piece).collect();
-            jobs.push(Job { task: t, release, pieces, is_cut: false });
+            let pieces = graph.nodes.iter().enumerate().map(piece).collect();
+            jobs.push(Job { task: t, graph, keys: &keys[t][version], release, pieces, is_cut: false });
         }
         let mut again = true;
         while again {
@@ -155,7 +170,7 @@ pub(crate) fn responses(rng: &mut Rng, set: &Set, kept: &[bool]) -> Vec<u64> {
                 job.is_cut |= !kept[job.task] && now > job.release + set.tasks[job.task].deadline_ns;
             }
             for (c, cluster) in set.clusters.iter().enumerate() {
-                let here = |job: &Job, n: usize| set.tasks[job.task].nodes[n].cluster == c;
+                let here = |job: &Job<'_>, n: usize| job.graph.nodes[n].cluster == c;
                 let busy = jobs
                     .iter()
                     .map(|job| {
@@ -171,7 +186,7 @@ pub(crate) fn responses(rng: &mut Rng, set: &Set, kept: &[bool]) -> Vec<u64> {
                         for n in 0..job.pieces.len() {
                             let piece = &job.pieces[n];
                             if here(job, n) && piece.state == State::Waiting && piece.waits_for == 0 {
-                                let key = (i128::from(job.release) + keys[job.task][n], j, n);
+                                let key = (i128::from(job.release) + job.keys[n], j, n);
                                 first = Some(first.map_or(key, |first| first.min(key)));
                             }
                         }
@@ -182,8 +197,8 @@ pub(crate) fn responses(rng: &mut Rng, set: &Set, kept: &[bool]) -> Vec<u64> {
                     if time == 0 {
                         // It ends in this instant, and what it frees begins in it.
                         jobs[j].pieces[n].state = State::Done;
-                        let task = jobs[j].task;
-                        for (_, to) in set.tasks[task].edges.iter().filter(|(from, _)| *from == n) {
+                        let graph = jobs[j].graph;
+                        for (_, to) in graph.edges.iter().filter(|(from, _)| *from == n) {
                             jobs[j].pieces[*to].waits_for -= 1;
                         }
                         again = true;
@@ -213,14 +228,19 @@ pub(crate) fn responses(rng: &mut Rng, set: &Set, kept: &[bool]) -> Vec<u64> {
     }
 }
 
-/// D - tail - c of each node.
-fn keys(task: &Task) -> Vec<i128> {
-    let mut tails = vec![0; task.nodes.len()];
-    // Edges of random sets lead from lower to higher numbers.
-    for n in (0..task.nodes.len()).rev() {
-        let after = task.edges.iter().filter(|(from, _)| *from == n);
-        tails[n] = after.map(|(_, to)| tails[*to] + i128::from(task.nodes[*to].cost_ns)).max().unwrap_or(0);
-    }
-    let key = |(n, node): (usize, &Node)| i128::from(task.deadline_ns) - tails[n] - i128::from(node.cost_ns);
-    task.nodes.iter().enumerate().map(key).collect()
+/// D - tail - c of each node of each graph.
+fn keys(task: &Task) -> Vec<Vec<i128>> {
+    let of = |graph: &Graph| {
+        let mut tails = vec![0; graph.nodes.len()];
+        // Edges of random sets lead from lower to higher numbers.
+        for n in (0..graph.nodes.len()).rev() {
+            let after = graph.edges.iter().filter(|(from, _)| *from == n);
+            let longest = after.map(|(_, to)| tails[*to] + i128::from(graph.nodes[*to].cost_ns)).max();
+            tails[n] = longest.unwrap_or(0);
+        }
+        let key =
+            |(n, node): (usize, &Node)| i128::from(task.deadline_ns) - tails[n] - i128::from(node.cost_ns);
+        graph.nodes.iter().enumerate().map(key).collect()
+    };
+    task.versions.iter().map(of).collect()
 }

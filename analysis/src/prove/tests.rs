@@ -43,7 +43,8 @@ fn in_units_of(unit: u64, mut set: Set) -> Set {
     for task in &mut set.tasks {
         task.deadline_ns *= unit;
         task.period_ns = task.period_ns.map(|period| period * unit);
-        task.nodes.iter_mut().for_each(|node| node.cost_ns *= unit);
+        let nodes = task.versions.iter_mut().flat_map(|graph| &mut graph.nodes);
+        nodes.for_each(|node| node.cost_ns *= unit);
     }
     set
 }
@@ -68,17 +69,19 @@ fn shows(lacks: impl Fn(&mut Search)) -> bool {
 #[test]
 fn what_a_proof_leaves_out_shows_in_runs() {
     assert!(!shows(|_| ()));
-    let parts = |search: &mut Search, of: fn(&mut crate::shape::Part)| {
-        search.shapes.iter_mut().flat_map(|shape| &mut shape.parts).flatten().for_each(of);
+    let parts = |search: &mut Search, of: fn(&mut Part)| {
+        search.members.iter_mut().flat_map(|member| &mut member.parts).flatten().for_each(of);
     };
     assert!(shows(|search| parts(search, |part| part.nodes.clear())), "nodes of lower rank that had started");
     assert!(shows(|search| parts(search, |part| part.groups.truncate(1))), "nodes of later groups");
     let more = |search: &mut Search| search.lanes.iter_mut().for_each(|lanes| *lanes += 1);
     assert!(shows(more), "a lane that is not there");
-    let shorter = |search: &mut Search| search.shapes.iter_mut().for_each(|shape| shape.longest /= 2);
+    let shorter = |search: &mut Search| {
+        search.members.iter_mut().flat_map(|member| &mut member.shapes).for_each(|shape| shape.longest /= 2);
+    };
     assert!(shows(shorter), "half of the longest path");
     let rarer = |search: &mut Search| {
-        search.shapes.iter_mut().for_each(|shape| shape.period = shape.period.map(|period| 2 * period));
+        search.members.iter_mut().for_each(|member| member.period = member.period.map(|period| 2 * period));
     };
     assert!(shows(rarer), "every other job");
 }
@@ -147,6 +150,24 @@ fn an_unproved_task_does_not_take_the_proof_of_others() {
     assert!(found[0].is_some() && found[1].is_none(), "{found:?}");
     let certificate = prove(&set(1, vec![task("bad", 10, Some(100), &[11], &[])]));
     assert_eq!(certificate.clusters[0].guarantee, Guarantee::BestEffort);
+}
+
+#[test]
+fn numbers_beyond_what_sums_can_hold_prove_nothing() {
+    let of = |ns: u64| bounds(&set(1, vec![task("long", ns, Some(ns), &[ns / 2], &[])]));
+    assert_eq!(of(1 << 42), [Some(1 << 41)]);
+    assert_eq!(of((1 << 42) + 1), [None]);
+    assert_eq!(bounds(&set(1, vec![task("heavy", 1 << 62, None, &[u64::MAX, u64::MAX], &[])])), [None]);
+}
+
+#[test]
+fn a_scheduler_that_may_be_full_proves_nothing() {
+    let often = |jobs| {
+        let mut set = set(1, vec![task("often", 95, Some(10), &[1], &[])]);
+        set.most_jobs = jobs;
+        bounds(&set)
+    };
+    assert!(often(1) == [Some(1)] && often(0) == [None]);
 }
 
 #[test]

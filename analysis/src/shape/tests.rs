@@ -1,9 +1,8 @@
 use super::*;
-use crate::world::{set, task};
+use crate::world::{graph, set};
 
 fn shape(costs: &[u64], edges: &[(usize, usize)]) -> Shape {
-    let set = set(2, vec![task("t", 100, Some(100), costs, edges)]);
-    Shape::of(&set, &set.tasks[0])
+    Shape::of(&set(2, Vec::new()).clusters, 100, &graph(costs, edges))
 }
 
 #[test]

@@ -1,20 +1,21 @@
 use super::*;
 use crate::interference::{Looked, Other};
-use crate::set::Set;
-use crate::shape::Shape;
+use crate::member::Member;
 use crate::world::{set, task};
+use red_certificate::Set;
 
 /// What is looked at first of a set, and the others' shapes.
 fn with<R>(set: &Set, bound: i128, of: impl Fn(Single<'_>) -> R) -> R {
-    let shapes: Vec<Shape> = set.tasks.iter().map(|task| Shape::of(set, task)).collect();
-    let part = |shape: &'_ Shape| shape.parts[0].clone().expect("it is here");
-    let parts: Vec<_> = shapes.iter().map(part).collect();
-    let others: Vec<Other<'_>> = (1..shapes.len())
-        .map(|i| Other { shape: &shapes[i], part: &parts[i], bound: shapes[i].deadline })
-        .collect();
-    let lanes = set.clusters[0].lanes.into();
-    let looked = Looked { shape: &shapes[0], others: &others, lanes };
-    of(Single { looked, part: &parts[0], bound })
+    let members: Vec<Member> = set.tasks.iter().map(|task| Member::of(&set.clusters, task)).collect();
+    let other =
+        |member: &'_ Member, bound| (member.period, member.parts[0].clone().expect("it is here"), bound);
+    let parts: Vec<_> = members.iter().map(|member| other(member, member.deadline)).collect();
+    let other = |(period, part, bound)| Other { period, part, bound };
+    let others: Vec<Other<'_>> =
+        parts[1..].iter().map(|(period, part, bound)| other((*period, part, *bound))).collect();
+    let (lanes, shape) = (set.clusters[0].lanes.into(), &members[0].shapes[0]);
+    let looked = Looked { shape, others: &others, lanes };
+    of(Single { looked, part: &parts[0].1, this: other((parts[0].0, &parts[0].1, bound)) })
 }
 
 #[test]

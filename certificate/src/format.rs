@@ -1,15 +1,18 @@
 //! A certificate: what was proved, with everything that checking it again takes.
 //!
-//! It is one JSON object. Times are integers in nanoseconds. Whoever checks it evaluates one inequality for each task (of
-//! PREFIX one for each segment and the closing one, of several clusters one for each), with no search and no fixed point:
+//! It is one JSON object. Times are integers in nanoseconds. Whoever checks it evaluates one inequality for each version of
+//! each task (of PREFIX one for each segment and the closing one, of several clusters one for each), with no search and no
+//! fixed point:
 //!
-//! - `workload_sha256` is [`Set::digest`](crate::Set::digest) of the workload's clusters and tasks; `sha256` is SHA-256 of the
-//!   JSON of all other fields, in this order, without spaces.
-//! - Every task is in `tasks`, in their order. `response_ns` is R, within the deadline, or `null`: not proved. A task that is
-//!   not proved does work until D + the largest node + 1 ns at most, because its jobs are given up when they are late.
-//! - The chains are recomputed from `chain_of`: nodes with a cost that have the same number and cluster have to be totally
-//!   ordered by reachability.
-//! - The inequalities are those of `single.rs` and `several.rs`, with the R of all tasks as they stand here.
+//! - `workload_sha256` is [`Set::digest`](crate::Set::digest) of the workload; `sha256` is SHA-256 of the JSON of all other
+//!   fields, in this order, without spaces, with an empty `sha256` at the end.
+//! - Every task is in `tasks`, in their order, with all of its versions. `response_ns` of a task is R, the largest of its
+//!   versions' and within the deadline, or `null`: not proved. A task that is not proved does work until D + its largest node
+//!   + 1 ns at most, because its jobs are given up when they are late.
+//! - Chains are recomputed from `chain_of`: nodes of one version with the same number and cluster have to be totally ordered
+//!   by reachability. A node of no cost counts as 1 ns, since it has to wait for a lane, too.
+//! - Inequalities are those of `docs/admission.md`, with the R of all tasks as they stand here. What others do is bounded by
+//!   all of their versions together: chains by their largest lengths, longest first; nodes and groups of all versions.
 //! - `guarantee` is `analytic` where each task with a node in the cluster is proved, else what is known beside that:
 //!   `empirical`, a simulation showed no miss, or `best-effort`.
 
@@ -35,7 +38,7 @@ pub struct Certificate {
     pub tasks: Vec<TaskProof>,
     /// Least D - R of a proved task.
     pub margin_ns: Option<u64>,
-    /// That task, and its test.
+    /// That task, and the test of its slowest version: `cruise by PREFIX`; empty where none is proved.
     pub binding: String,
     /// Of all fields above.
     pub sha256: String,
@@ -77,8 +80,16 @@ pub struct TaskProof {
     pub name: String,
     /// D.
     pub deadline_ns: u64,
-    /// R, if it is proved.
+    /// R, if every version of it is proved.
     pub response_ns: Option<u64>,
+    /// Its graphs, in the order of the set.
+    pub versions: Vec<VersionProof>,
+}
+
+/// A graph of a task.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct VersionProof {
     /// W: sum of all costs.
     pub work_ns: u64,
     /// L: longest path.
@@ -91,7 +102,9 @@ pub struct TaskProof {
     pub last_key_ns: i64,
     /// Chain of each node within its cluster.
     pub chain_of: Vec<usize>,
-    /// How R is proved.
+    /// No job with this graph responds later; `null` where the task is not proved.
+    pub response_ns: Option<u64>,
+    /// How that is proved.
     pub proof: Option<Proof>,
 }
 
@@ -115,7 +128,8 @@ pub enum Proof {
         /// Begins of the segments; the first is 0.
         segments_ns: Vec<u64>,
     },
-    /// Nobody else is in its cluster: its longest chain, and the rest on the lanes that so many chains leave.
+    /// Nobody else is in its cluster, and R is within the period: its longest chain, and the rest on the lanes that so many
+    /// chains leave.
     Paths {
         /// Chains beside the first that have a lane to themselves.
         chains: usize,
@@ -165,9 +179,34 @@ impl Certificate {
         hex(serde_json::to_string(&open).unwrap_or_default().as_bytes())
     }
 
+    /// Least D - R of a proved task, and whose it is by what. Of equals the first by name.
+    #[must_use]
+    pub fn tightest(tasks: &[TaskProof]) -> Option<(u64, String)> {
+        let margin = |task: &TaskProof| {
+            let response_ns = task.response_ns?;
+            let slowest = task.versions.iter().find(|version| version.response_ns == task.response_ns)?;
+            let binding = format!("{} by {}", task.name, slowest.proof.as_ref()?.name());
+            Some((task.deadline_ns.saturating_sub(response_ns), binding))
+        };
+        tasks.iter().filter_map(margin).min()
+    }
+
     /// Whether every task is proved.
     #[must_use]
     pub fn is_analytic(&self) -> bool {
         self.tasks.iter().all(|task| task.response_ns.is_some())
+    }
+}
+
+impl Proof {
+    /// Name of the test.
+    #[must_use]
+    pub const fn name(&self) -> &'static str {
+        match self {
+            Self::A0 { .. } => "A0",
+            Self::Prefix { .. } => "PREFIX",
+            Self::Paths { .. } => "chains alone",
+            Self::Several { .. } => "several clusters",
+        }
     }
 }

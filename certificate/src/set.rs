@@ -4,9 +4,11 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::fmt::Write;
 
-/// A set of tasks. Edges lead between nodes of one task, and graphs are acyclic.
+/// A set of tasks. Edges lead between nodes of one graph, and graphs are acyclic and not empty.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Set {
+    /// Jobs that the scheduler has room for; one more is shed at its release.
+    pub most_jobs: u64,
     /// Clusters.
     pub clusters: Vec<Cluster>,
     /// Tasks.
@@ -33,6 +35,13 @@ pub struct Task {
     pub deadline_ns: u64,
     /// Least time between releases; `None`: it is released once.
     pub period_ns: Option<u64>,
+    /// Every graph that it ever has, at least one. Nothing is assumed of when it has which: a job keeps that of its release.
+    pub versions: Vec<Graph>,
+}
+
+/// A graph.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Graph {
     /// Nodes.
     pub nodes: Vec<Node>,
     /// From, to.
@@ -50,23 +59,43 @@ pub struct Node {
     pub cluster: usize,
 }
 
+/// The longest deadline and the most work of a graph that anything is proved of: 73 minutes. Sums and products of the
+/// inequalities stay within 128 bits then.
+const MOST_NS: u64 = 1 << 42;
+
 impl Set {
-    /// SHA-256 of everything in it, in hexadecimal digits: of one line for each cluster, task, node and edge, in their
-    /// order, as words with a space between them. Names have no spaces.
+    /// Whether the numbers are small enough for anything to be proved: deadlines, and the work of each graph, up to 73
+    /// minutes.
+    #[must_use]
+    pub fn is_in_range(&self) -> bool {
+        let work = |graph: &Graph| {
+            graph.nodes.iter().fold(0u64, |sum, node| sum.saturating_add(node.cost_ns.max(1)))
+        };
+        self.tasks.iter().all(|task| {
+            task.deadline_ns <= MOST_NS && task.versions.iter().all(|graph| work(graph) <= MOST_NS)
+        })
+    }
+
+    /// SHA-256 of everything in it, in hexadecimal digits: of one line for the room, each cluster, task, version, node and
+    /// edge, in their order, as words with a space between them. Names have no spaces.
     #[must_use]
     pub fn digest(&self) -> String {
-        let mut text = String::new();
+        // Nothing that is written to a string fails.
+        let mut text = format!("jobs {}\n", self.most_jobs);
         for Cluster { pool, name, lanes } in &self.clusters {
             let _ = writeln!(text, "cluster {pool} {name} {lanes}");
         }
         for task in &self.tasks {
             let period = task.period_ns.map_or_else(|| "once".to_owned(), |ns| ns.to_string());
             let _ = writeln!(text, "task {} {} {period}", task.name, task.deadline_ns);
-            for Node { name, cost_ns, cluster } in &task.nodes {
-                let _ = writeln!(text, "node {name} {cost_ns} {cluster}");
-            }
-            for (from, to) in &task.edges {
-                let _ = writeln!(text, "edge {from} {to}");
+            for graph in &task.versions {
+                text.push_str("version\n");
+                for Node { name, cost_ns, cluster } in &graph.nodes {
+                    let _ = writeln!(text, "node {name} {cost_ns} {cluster}");
+                }
+                for (from, to) in &graph.edges {
+                    let _ = writeln!(text, "edge {from} {to}");
+                }
             }
         }
         hex(text.as_bytes())

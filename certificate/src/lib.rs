@@ -1,0 +1,15 @@
+//! What was proved of a workload, and the check of it: all that has to be trusted.
+//!
+//! Whoever searches for a proof (the package `red-analysis`) may be wrong. [`verify`] evaluates the inequalities that a
+//! [`Certificate`] names, against the [`Set`] alone: no search, no fixed point, and nothing of the searcher's code.
+//!
+//! What a proof assumes of the dispatcher (M1 to M6 in `docs/admission.md`) nothing here can see; tests of the scheduler do.
+#![forbid(unsafe_code)]
+
+mod format;
+mod set;
+
+pub use format::{
+    Certificate, ClusterProof, Guarantee, Keys, Proof, TaskProof, VERSION, Variant, VersionProof,
+};
+pub use set::{Cluster, Graph, Node, Set, Task};
