@@ -13,6 +13,8 @@ use crate::graph;
 use crate::model::{Sensor, SyncGrid, Workload};
 use crate::tree::{Field, Fields, Tree};
 
+use pool::Pools;
+
 pub(crate) use placed::{PlacedEvent, PlacedNode, PlacedTask};
 
 /// Longest time that is an instant or a distance of instants: 146 years. A difference of two fits `i64`, and a sum
@@ -33,7 +35,7 @@ pub(crate) type BodiesAt = Vec<Vec<usize>>;
 /// Reads and checks a whole workload.
 pub(crate) fn workload(root: &Tree<'_>) -> Result<(Workload, BodiesAt), Fault> {
     let fields = Fields::open(root, OWNER, &KEYS)?;
-    let pools = pool::all(&fields)?;
+    let pools = Pools::read(&fields)?;
     let (sensors, periods_at) = sensors(&fields)?;
     let mut tasks = task::all(&fields, &pools)?;
     let mut events = task::events(&fields, &pools, &mut tasks)?;
@@ -49,7 +51,7 @@ pub(crate) fn workload(root: &Tree<'_>) -> Result<(Workload, BodiesAt), Fault> {
     });
     let bodies_at = bodies_at.collect();
     let workload = Workload {
-        pools,
+        pools: pools.resolved,
         sensors,
         tasks: tasks.into_iter().map(PlacedTask::into_model).collect(),
         events: events.into_iter().map(PlacedEvent::into_model).collect(),

@@ -2,6 +2,7 @@
 
 use std::collections::HashSet;
 
+use super::pool::Seen;
 use super::{PlacedNode, UniqueNames, body};
 use crate::error::{Fault, Refusal, shown};
 use crate::model::{Node, Part, Pool, Stage, Work};
@@ -24,7 +25,7 @@ pub(super) enum Origin {
 }
 
 /// Reads one node. Its references stay names.
-pub(super) fn read(item: Field<'_>, origin: Origin, pools: &[Pool]) -> Result<PlacedNode, Fault> {
+pub(super) fn read(item: Field<'_>, origin: Origin, pools: Seen<'_>) -> Result<PlacedNode, Fault> {
     let keys = match origin {
         Origin::Task => &NODE_KEYS[..NODE_KEYS.len() - 1],
         Origin::Event => &NODE_KEYS,
@@ -33,7 +34,7 @@ pub(super) fn read(item: Field<'_>, origin: Origin, pools: &[Pool]) -> Result<Pl
     let name = fields.need("name")?;
     let (after, after_at) = references(fields.get("after"))?;
     let (before, before_at) = references(fields.get("before"))?;
-    let traits = Traits::of_first_pool().overridden(&fields, pools)?;
+    let traits = Traits::in_pool(pools.default()).overridden(&fields, pools)?;
     let work = fields.exactly_one(&["wcet", "mimonet"])?;
     let mut bodies_at = Vec::new();
     let work = match work.key {
@@ -78,17 +79,17 @@ struct Traits {
 }
 
 impl Traits {
-    fn of_first_pool() -> Self {
-        Self { pool: 0, memory_bytes: 0, atomic: false, contention: None }
+    fn in_pool(pool: usize) -> Self {
+        Self { pool, memory_bytes: 0, atomic: false, contention: None }
     }
 
-    fn overridden(self, fields: &Fields<'_>, pools: &[Pool]) -> Result<Self, Fault> {
+    fn overridden(self, fields: &Fields<'_>, pools: Seen<'_>) -> Result<Self, Fault> {
         let atomic = fields.get("atomic").map(|field| field.boolean()).transpose()?;
         let own = fields.get("contention").map(|field| Ok((field.time()?, field.at()))).transpose()?;
         // A part that says that it is not atomic also says that the stage's contention does not hold for it.
         let inherited = self.contention.filter(|_| atomic != Some(false));
         Ok(Self {
-            pool: fields.get("pool").map_or(Ok(self.pool), |field| pool_index(field, pools))?,
+            pool: fields.get("pool").map_or(Ok(self.pool), |field| pools.find(field))?,
             memory_bytes: fields.get("memory").map_or(Ok(self.memory_bytes), |field| field.memory())?,
             atomic: atomic.unwrap_or(self.atomic),
             contention: own.or(inherited),
@@ -96,19 +97,11 @@ impl Traits {
     }
 }
 
-fn pool_index(field: Field<'_>, pools: &[Pool]) -> Result<usize, Fault> {
-    let name = field.text()?;
-    pools.iter().position(|pool| pool.name == name).ok_or_else(|| {
-        let fault = field.fault(Refusal::Reference, "the name of a pool");
-        fault.with_nearest(name, pools.iter().map(|pool| pool.name.as_str()))
-    })
-}
-
 /// Reads what `traits` leaves open and checks the whole.
 fn part(
     fields: &Fields<'_>,
     traits: Traits,
-    pools: &[Pool],
+    pools: Seen<'_>,
     bodies_at: &mut Vec<usize>,
 ) -> Result<Part, Fault> {
     let wcet_ns = fields.need("wcet")?.time()?;
@@ -130,9 +123,9 @@ fn part(
     bodies_at.push(fields.place("body"));
     let Traits { pool, memory_bytes, atomic, contention } = traits;
     let contention_ns = contention.map_or(0, |(time, _)| time);
-    if let Some(budget) = pools[pool].memory_bytes.filter(|budget| memory_bytes > *budget) {
+    if let Some(budget) = pools.pool(pool).memory_bytes.filter(|budget| memory_bytes > *budget) {
         let problem = format!("this node needs {memory_bytes} bytes");
-        let expected = budget_of(&pools[pool], budget);
+        let expected = budget_of(pools.pool(pool), budget);
         return Err(Fault::new(fields.place("memory"), Refusal::Memory, problem, expected));
     }
     Ok(Part { wcet_ns, bcet_ns, body, pool, memory_bytes, atomic, contention_ns })
@@ -141,7 +134,7 @@ fn part(
 fn stage(
     field: Field<'_>,
     traits: Traits,
-    pools: &[Pool],
+    pools: Seen<'_>,
     bodies_at: &mut Vec<usize>,
 ) -> Result<Stage, Fault> {
     let fields = Fields::open(field.tree, "a stage", &["weights", "frame", "encoder", "decoders"])?;
@@ -169,8 +162,8 @@ fn stage(
 }
 
 /// A decoder reads what its encoder wrote, so both are in memory at once.
-fn check_memory(decoder: &Part, encoder: &Part, pools: &[Pool], at: usize) -> Result<(), Fault> {
-    let pool = &pools[decoder.pool];
+fn check_memory(decoder: &Part, encoder: &Part, pools: Seen<'_>, at: usize) -> Result<(), Fault> {
+    let pool = pools.pool(decoder.pool);
     let needed = u128::from(decoder.memory_bytes) + u128::from(encoder.memory_bytes);
     match pool.memory_bytes {
         Some(budget) if decoder.pool == encoder.pool && needed > budget.into() => {

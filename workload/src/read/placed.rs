@@ -34,6 +34,8 @@ impl PlacedNode {
 #[derive(Debug)]
 pub(crate) struct PlacedTask {
     pub(crate) task: Task,
+    /// The cluster that it names.
+    pub(super) cluster: Option<String>,
     pub(crate) nodes: Vec<PlacedNode>,
     pub(super) load: Load,
 }

@@ -1,9 +1,10 @@
 //! Tasks and the events that change them: `[[task]]` and `[[event]]`.
 
 use super::node::{self, Origin};
+use super::pool::Pools;
 use super::{MAX_INSTANT_NS, PlacedEvent, PlacedNode, PlacedTask, UniqueNames};
 use crate::error::{Fault, Refusal, shown};
-use crate::model::{Arrival, Event, Part, Pool, Task, Work};
+use crate::model::{Arrival, Event, Part, Task, Work};
 use crate::tree::{Field, Fields};
 
 /// Tasks of a file: the scheduler's capacity.
@@ -12,11 +13,21 @@ const MAX_TASKS: usize = 16;
 /// Nodes that a task may have after refinement, those that events add included: the scheduler's capacity.
 const MAX_NODES: usize = 256;
 
-const TASK_KEYS: [&str; 9] =
-    ["name", "deadline", "period", "min_interarrival", "once", "offset", "value", "floor", "node"];
+const TASK_KEYS: [&str; 10] = [
+    "name",
+    "deadline",
+    "period",
+    "min_interarrival",
+    "once",
+    "offset",
+    "value",
+    "floor",
+    "cluster",
+    "node",
+];
 
 /// All tasks of a file.
-pub(super) fn all(workload: &Fields<'_>, pools: &[Pool]) -> Result<Vec<PlacedTask>, Fault> {
+pub(super) fn all(workload: &Fields<'_>, pools: &Pools) -> Result<Vec<PlacedTask>, Fault> {
     let list = workload.need("task")?;
     let items = list.list()?;
     if items.len() == 0 {
@@ -37,7 +48,7 @@ pub(super) fn all(workload: &Fields<'_>, pools: &[Pool]) -> Result<Vec<PlacedTas
 
 fn task<'t>(
     item: Field<'t>,
-    pools: &[Pool],
+    pools: &Pools,
     elsewhere: u64,
     names: &mut UniqueNames<'t>,
 ) -> Result<PlacedTask, Fault> {
@@ -52,9 +63,10 @@ fn task<'t>(
         nodes: Vec::new(),
     };
     let list = fields.need("node")?;
-    let mut placed = PlacedTask { task, nodes: Vec::new(), load: Load::default() };
+    let cluster = pools.cluster(fields.get("cluster"))?;
+    let mut placed = PlacedTask { task, cluster, nodes: Vec::new(), load: Load::default() };
     for item in list.list()? {
-        let node = node::read(item, Origin::Task, pools)?;
+        let node = node::read(item, Origin::Task, pools.seen_by(placed.cluster.as_deref()))?;
         placed.load.add(&node, elsewhere)?;
         placed.nodes.push(node);
     }
@@ -88,7 +100,7 @@ fn floor(field: Field<'_>) -> Result<(u32, u32), Fault> {
 /// All events of a file, in its order. What they add counts as load of their tasks.
 pub(super) fn events(
     workload: &Fields<'_>,
-    pools: &[Pool],
+    pools: &Pools,
     tasks: &mut [PlacedTask],
 ) -> Result<Vec<PlacedEvent>, Fault> {
     match workload.get("event") {
@@ -97,7 +109,7 @@ pub(super) fn events(
     }
 }
 
-fn event(item: Field<'_>, pools: &[Pool], tasks: &mut [PlacedTask]) -> Result<PlacedEvent, Fault> {
+fn event(item: Field<'_>, pools: &Pools, tasks: &mut [PlacedTask]) -> Result<PlacedEvent, Fault> {
     let fields = Fields::open(item.tree, "an event", &["at", "task", "add", "remove"])?;
     let at_ns = fields.need("at")?.time_in(0..=MAX_INSTANT_NS)?;
     let task_field = fields.need("task")?;
@@ -109,7 +121,7 @@ fn event(item: Field<'_>, pools: &[Pool], tasks: &mut [PlacedTask]) -> Result<Pl
     let mut add = Vec::new();
     if let Some(list) = fields.get("add") {
         for item in list.list()? {
-            let node = node::read(item, Origin::Event, pools)?;
+            let node = node::read(item, Origin::Event, pools.seen_by(tasks[task].cluster.as_deref()))?;
             let elsewhere = memory_bytes(tasks) - tasks[task].load.memory_bytes;
             tasks[task].load.add(&node, elsewhere)?;
             add.push(node);
