@@ -28,6 +28,7 @@ const ROUNDS: usize = 16;
 ///     deadline_ns: period,
 ///     period_ns: Some(period),
 ///     versions: vec![Graph { nodes: vec![node("a", 2_000), node("b", 3_000)], edges: vec![(0, 1)] }],
+///     ..Task::default()
 /// };
 /// let set = Set {
 ///     most_jobs: 64,
@@ -68,7 +69,10 @@ struct Search {
     members: Vec<Member>,
     lanes: Vec<i128>,
     most_jobs: i128,
-    is_in_range: bool,
+    /// Tasks that nothing can be proved of.
+    is_open: Vec<bool>,
+    /// By task: those that share an encoder's result with it.
+    partners: Vec<Vec<usize>>,
 }
 
 /// What proves each graph of a task; nothing, if one is not proved.
@@ -80,14 +84,20 @@ impl Search {
             members: set.tasks.iter().map(|task| Member::of(&set.clusters, task)).collect(),
             lanes: set.clusters.iter().map(|cluster| cluster.lanes.into()).collect(),
             most_jobs: set.most_jobs.into(),
-            is_in_range: set.is_in_range(),
+            is_open: set.tasks.iter().map(|task| task.waits || !set.is_in_range()).collect(),
+            partners: set.tasks.iter().map(|task| partners(set, task)).collect(),
         }
     }
 
     /// Bounds that hold together, and what proves them; those of tasks that are cut are not proved.
     fn run(&self) -> (Vec<i128>, Vec<Proofs>) {
-        let mut is_cut = vec![!self.is_in_range; self.members.len()];
+        let mut is_cut = self.is_open.clone();
         loop {
+            let alone = |k: &usize| !is_cut[*k] && self.partners[*k].iter().any(|i| is_cut[*i]);
+            if let Some(k) = (0..is_cut.len()).find(alone) {
+                is_cut[k] = true;
+                continue;
+            }
             match self.settle(&is_cut) {
                 Err(unproved) => is_cut[unproved] = true,
                 Ok((bounds, _)) if !self.has_room(&bounds) => {
@@ -227,16 +237,17 @@ impl Search {
                 }
             })
             .collect();
+        let is_proved = |i: usize| tasks[i].response_ns.is_some();
+        let are_all = (0..tasks.len()).all(is_proved);
         let cluster = |(c, cluster): (usize, &certificate::Cluster)| {
-            let here =
-                || self.members.iter().zip(&tasks).filter(move |(member, _)| member.parts[c].is_some());
-            let is_proved = here().all(|(_, task)| task.response_ns.is_some());
+            let here = || (0..tasks.len()).filter(move |i| self.members[*i].parts[c].is_some());
+            let is_proved = here().all(|i| is_proved(i) && (are_all || set.tasks[i].is_kept));
             ClusterProof {
                 pool: cluster.pool.clone(),
                 name: cluster.name.clone(),
                 lanes: cluster.lanes,
                 guarantee: if is_proved { Guarantee::Analytic } else { Guarantee::BestEffort },
-                tasks: here().map(|(_, task)| task.name.clone()).collect(),
+                tasks: here().map(|i| tasks[i].name.clone()).collect(),
             }
         };
         Certificate {
@@ -296,6 +307,14 @@ impl Search {
             }
         }
     }
+}
+
+/// Other tasks that share an encoder's result with this one.
+fn partners(set: &Set, task: &certificate::Task) -> Vec<usize> {
+    let shares = |other: &certificate::Task| {
+        other.name != task.name && other.frames.iter().any(|frame| task.frames.contains(frame))
+    };
+    (0..set.tasks.len()).filter(|i| shares(&set.tasks[*i])).collect()
 }
 
 /// What is within a deadline fits.

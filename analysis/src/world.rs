@@ -26,7 +26,8 @@ pub(crate) fn task(
     costs: &[u64],
     edges: &[(usize, usize)],
 ) -> Task {
-    Task { name: name.to_owned(), deadline_ns, period_ns, versions: vec![graph(costs, edges)] }
+    let versions = vec![graph(costs, edges)];
+    Task { name: name.to_owned(), deadline_ns, period_ns, versions, ..Task::default() }
 }
 
 /// A graph in cluster 0.

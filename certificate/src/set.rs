@@ -27,7 +27,7 @@ pub struct Cluster {
 }
 
 /// A sporadic task. Times are in nanoseconds.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Task {
     /// Name.
     pub name: String,
@@ -35,6 +35,14 @@ pub struct Task {
     pub deadline_ns: u64,
     /// Least time between releases; `None`: it is released once.
     pub period_ns: Option<u64>,
+    /// Whether its jobs are never given up by choice. Those of others may be, wherever they run, as soon as a task without
+    /// a proof gets behind.
+    pub is_kept: bool,
+    /// Whether a ready node of it may have to wait for something other than a lane, such as memory. Nothing is proved then.
+    pub waits: bool,
+    /// Names of the encoder results that it may share with other jobs. Whoever waits for a result that is being computed
+    /// counts as computing it; so tasks that share one are proved all or none.
+    pub frames: Vec<String>,
     /// Every graph that it ever has, at least one. Nothing is assumed of when it has which: a job keeps that of its release.
     pub versions: Vec<Graph>,
 }
@@ -87,7 +95,11 @@ impl Set {
         }
         for task in &self.tasks {
             let period = task.period_ns.map_or_else(|| "once".to_owned(), |ns| ns.to_string());
-            let _ = writeln!(text, "task {} {} {period}", task.name, task.deadline_ns);
+            let Task { name, deadline_ns, is_kept, waits, frames, .. } = task;
+            let _ = writeln!(text, "task {name} {deadline_ns} {period} {is_kept} {waits}");
+            for frame in frames {
+                let _ = writeln!(text, "frame {frame}");
+            }
             for graph in &task.versions {
                 text.push_str("version\n");
                 for Node { name, cost_ns, cluster } in &graph.nodes {

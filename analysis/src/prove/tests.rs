@@ -171,6 +171,36 @@ fn a_scheduler_that_may_be_full_proves_nothing() {
 }
 
 #[test]
+fn tasks_that_share_a_result_are_proved_together_or_not_at_all() {
+    let good = || task("good", 100, Some(100), &[5], &[]);
+    let bad = || task("bad", 10, Some(100), &[11], &[]);
+    let mut sharing = [good(), bad()];
+    sharing.iter_mut().for_each(|task| task.frames.push("mimo/front".to_owned()));
+    assert!(bounds(&set(1, vec![good(), bad()]))[0].is_some());
+    assert_eq!(bounds(&set(1, sharing.to_vec())), [None, None]);
+}
+
+#[test]
+fn nothing_is_proved_of_a_task_that_waits_for_something_else() {
+    let waits = certificate::Task { waits: true, ..task("waits", 100, Some(100), &[5], &[]) };
+    assert_eq!(bounds(&set(1, vec![waits])), [None]);
+}
+
+#[test]
+fn beside_a_task_without_proof_only_jobs_that_are_kept_are_safe() {
+    let of = |is_kept| {
+        let good = certificate::Task { is_kept, ..task("good", 100, Some(100), &[5], &[]) };
+        let mut bad = task("bad", 10, Some(100), &[11], &[]);
+        bad.versions[0].nodes[0].cluster = 1;
+        let mut set = set(1, vec![good, bad]);
+        set.clusters.push(certificate::Cluster { name: "other".to_owned(), ..set.clusters[0].clone() });
+        prove(&set).clusters.iter().map(|cluster| cluster.guarantee).collect::<Vec<_>>()
+    };
+    assert_eq!(of(false), [Guarantee::BestEffort, Guarantee::BestEffort]);
+    assert_eq!(of(true), [Guarantee::Analytic, Guarantee::BestEffort]);
+}
+
+#[test]
 fn a_certificate_is_sealed() {
     let certificate = prove(&set(1, vec![task("alone", 20, Some(20), &[5], &[])]));
     assert_eq!(certificate.sha256, certificate.checksum());

@@ -172,7 +172,9 @@ fn clusters(field: Field<'_>, fields: &Fields<'_>, pool: &Pool) -> Result<Vec<(S
         let count = own.count(1..=MAX_LANES)?;
         lanes += count;
         if lanes > pool.lanes {
-            return Err(own.fault(Refusal::Range, format!("clusters with the {} lanes of their pool", pool.lanes)));
+            return Err(
+                own.fault(Refusal::Range, format!("clusters with the {} lanes of their pool", pool.lanes))
+            );
         }
         clusters.push((name, count));
     }

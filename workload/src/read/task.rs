@@ -13,18 +13,8 @@ const MAX_TASKS: usize = 16;
 /// Nodes that a task may have after refinement, those that events add included: the scheduler's capacity.
 const MAX_NODES: usize = 256;
 
-const TASK_KEYS: [&str; 10] = [
-    "name",
-    "deadline",
-    "period",
-    "min_interarrival",
-    "once",
-    "offset",
-    "value",
-    "floor",
-    "cluster",
-    "node",
-];
+const TASK_KEYS: [&str; 10] =
+    ["name", "deadline", "period", "min_interarrival", "once", "offset", "value", "floor", "cluster", "node"];
 
 /// All tasks of a file.
 pub(super) fn all(workload: &Fields<'_>, pools: &Pools) -> Result<Vec<PlacedTask>, Fault> {
