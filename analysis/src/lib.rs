@@ -6,6 +6,7 @@
 //! it found into a certificate, which the package `red-certificate` checks without searching.
 #![forbid(unsafe_code)]
 
+mod divide;
 mod interference;
 mod member;
 mod prove;
@@ -15,4 +16,5 @@ mod single;
 #[cfg(test)]
 mod world;
 
+pub use divide::divide;
 pub use prove::prove;

@@ -53,6 +53,7 @@ enum Found {
     Single(Proved),
     Several(several::Waits),
     Paths { response: i128, chains: usize },
+    Pools { response: i128 },
 }
 
 impl Found {
@@ -60,7 +61,7 @@ impl Found {
         match self {
             Self::Single(proved) => proved.response,
             Self::Several(waits) => waits.response,
-            Self::Paths { response, .. } => *response,
+            Self::Paths { response, .. } | Self::Pools { response } => *response,
         }
     }
 }
@@ -199,27 +200,44 @@ impl Search {
         several::waits(&parts, shape.longest, bounds[k]).map(Found::Several)
     }
 
-    /// The multi-path bound of a task that has its cluster to itself, one job after the other: He et al., RTSS 2022. Of each
-    /// graph, if all of them end before the next job comes.
+    /// Bounds of a task that has its clusters to itself, one job after the other, if each of its graphs has one before the next
+    /// job comes.
     fn alone(&self, k: usize, limit: i128) -> Proofs {
         let member = &self.members[k];
-        let cluster = member.only_cluster()?;
-        if (0..self.members.len()).any(|i| i != k && self.members[i].parts[cluster].is_some()) {
+        let is_mine = |cluster: usize| member.parts[cluster].is_some();
+        let meets = |other: &Member| (0..self.lanes.len()).any(|c| is_mine(c) && other.parts[c].is_some());
+        if self.members.iter().enumerate().any(|(i, other)| i != k && meets(other)) {
             return None;
         }
         let limit = member.period.map_or(limit, |period| period.min(limit));
-        let lanes = self.lanes[cluster];
         let of = |shape: &Shape| {
-            let part = shape.parts[cluster].as_ref()?;
-            let mut rest = part.work;
-            let bounds = (0..lanes).zip(&part.chains).enumerate().map(|(nth, (taken, length))| {
-                rest -= length;
-                let response = shape.longest + (rest + lanes - taken - 1).div_euclid(lanes - taken);
-                Found::Paths { response, chains: nth }
-            });
-            bounds.min_by_key(Found::response).filter(|found| found.response() <= limit)
+            let found = match only(&shape.parts) {
+                Some(cluster) => self.paths(shape, cluster),
+                None => Some(self.pools(shape)),
+            };
+            found.filter(|found| found.response() <= limit)
         };
         member.shapes.iter().map(of).collect()
+    }
+
+    /// The multi-path bound: He et al., RTSS 2022.
+    fn paths(&self, shape: &Shape, cluster: usize) -> Option<Found> {
+        let (part, lanes) = (shape.parts[cluster].as_ref()?, self.lanes[cluster]);
+        let mut rest = part.work;
+        let bounds = (0..lanes).zip(&part.chains).enumerate().map(|(nth, (taken, length))| {
+            rest -= length;
+            let response = shape.longest + (rest + lanes - taken - 1).div_euclid(lanes - taken);
+            Found::Paths { response, chains: nth }
+        });
+        bounds.min_by_key(Found::response)
+    }
+
+    /// Graham's bound over several pools: Han et al., TPDS 2019.
+    fn pools(&self, shape: &Shape) -> Found {
+        let used = || shape.parts.iter().zip(&self.lanes).filter_map(|(part, m)| Some((part.as_ref()?, *m)));
+        let widest = used().map(|(_, lanes)| lanes).max().unwrap_or(1);
+        let shares: i128 = used().map(|(part, lanes)| (part.work + lanes - 1).div_euclid(lanes)).sum();
+        Found::Pools { response: shape.longest * (widest - 1) / widest + 1 + shares }
     }
 
     fn certificate(&self, set: &Set, bounds: &[i128], proofs: &[Proofs]) -> Certificate {
@@ -283,6 +301,7 @@ impl Search {
         };
         match found {
             Found::Paths { chains, .. } => Proof::Paths { chains: *chains },
+            Found::Pools { .. } => Proof::Pools,
             Found::Several(waits) => {
                 let wait =
                     |cluster: usize| waits.waits.iter().find(|(c, _)| *c == cluster).map_or(0, |(_, y)| *y);

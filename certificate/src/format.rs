@@ -132,6 +132,9 @@ pub enum Proof {
         /// Chains beside the first that have a lane to themselves.
         chains: usize,
     },
+    /// Nobody else is in its clusters, and R is within the period: (1 - 1/m) of its longest path, rounded down, with m the lanes
+    /// of its widest cluster; 1 ns; and of each cluster the work over the lanes, rounded up.
+    Pools,
     /// One inequality for each cluster.
     Several {
         /// Which nodes of others count.
@@ -197,6 +200,12 @@ impl Certificate {
 }
 
 impl Proof {
+    /// Whether it takes for granted that no other job is about.
+    #[must_use]
+    pub const fn is_alone(&self) -> bool {
+        matches!(self, Self::Paths { .. } | Self::Pools)
+    }
+
     /// Name of the test.
     #[must_use]
     pub const fn name(&self) -> &'static str {
@@ -204,6 +213,7 @@ impl Proof {
             Self::A0 { .. } => "A0",
             Self::Prefix { .. } => "PREFIX",
             Self::Paths { .. } => "chains alone",
+            Self::Pools => "pools alone",
             Self::Several { .. } => "several clusters",
         }
     }

@@ -75,7 +75,7 @@ pub enum PoolKind {
 /// A pool of execution resources.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Pool {
-    /// Name.
+    /// Name. A pool that the file divides is as many as it has clusters, each called `pool.cluster`.
     pub name: String,
     /// What executes.
     pub kind: PoolKind,
@@ -85,6 +85,20 @@ pub struct Pool {
     pub memory_bytes: Option<u64>,
     /// CPUs for the lanes' threads; empty lets the runtime choose.
     pub cpus: Vec<u32>,
+}
+
+impl Pool {
+    /// The pool's name in the file; of a cluster that of the pool which it is a part of.
+    #[must_use]
+    pub fn undivided(&self) -> &str {
+        self.name.split('.').next().unwrap_or(&self.name)
+    }
+
+    /// The cluster's name in the file; of an undivided pool its own.
+    #[must_use]
+    pub fn cluster(&self) -> &str {
+        self.name.rsplit('.').next().unwrap_or(&self.name)
+    }
 }
 
 /// A sensor whose captures may be shared between jobs of different tasks.

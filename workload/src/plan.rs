@@ -6,6 +6,7 @@
 mod admission;
 mod cure;
 mod level_capacity;
+mod together;
 mod utilisation;
 
 use crate::build::{self, BuildError};
@@ -27,8 +28,11 @@ pub struct Plan {
     pub tasks: Vec<TaskPlan>,
     /// Whether everything fits together.
     pub admission: Admission,
+
     /// State of the scheduler, without its event record.
     pub scheduler_bytes: usize,
+    /// What is proved of all tasks together; `redrt verify` checks it against the workload.
+    pub certificate: red_certificate::Certificate,
 }
 
 /// A task before its first event.
@@ -99,14 +103,26 @@ pub fn plan<C: Capacity>(workload: &Workload) -> Result<Plan, BuildError> {
     let built = built::<C>(workload)?;
     let pools = Pools::of(workload);
     let versions = admission::versions(workload, &built, &pools)?;
+    let certificate = red_analysis::prove(&together::set(workload, &built, &versions)?);
     let tasks = workload.tasks.iter().enumerate();
     Ok(Plan {
         tasks: tasks
             .map(|(i, task)| task_plan(task, &built.dags[i], &built.nodes[i], &versions[i], &pools))
             .collect(),
-        admission: admission::judge(workload, &pools, &versions),
+        admission: admission::judge(workload, &pools, &versions, &certificate),
         scheduler_bytes: Scheduler::<C>::SIZE - Scheduler::<C>::RECORD_SIZE,
+        certificate,
     })
+}
+
+/// A workload as a [`Certificate`](red_certificate::Certificate) is about it.
+///
+/// # Errors
+/// As [`plan`].
+pub fn set<C: Capacity>(workload: &Workload) -> Result<red_certificate::Set, BuildError> {
+    let built = built::<C>(workload)?;
+    let versions = admission::versions(workload, &built, &Pools::of(workload))?;
+    together::set(workload, &built, &versions)
 }
 
 /// The graphs of a workload, as the default policy has them.

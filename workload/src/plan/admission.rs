@@ -5,10 +5,11 @@ use super::period_ns;
 use super::utilisation::{Demand, slack};
 use crate::build::{self, BuildError, Step};
 use crate::model::{Task, Workload};
+use red_certificate as certificate;
 use red_core::{Bound, Bytes, Capacity, Dag, Duration, Frame, Levels, Role, response_time};
 use serde::Serialize;
 use std::cmp::Ordering;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 /// Whether a workload fits, and how tightly.
 #[derive(Clone, Debug, Serialize)]
@@ -152,7 +153,7 @@ pub(super) struct Versions {
 }
 
 impl Versions {
-    fn iter(&self) -> impl Iterator<Item = &Version> {
+    pub(super) fn iter(&self) -> impl Iterator<Item = &Version> {
         [&self.base].into_iter().chain(&self.changes)
     }
 
@@ -168,28 +169,18 @@ pub(super) struct Version {
     pub(super) proof: Proof,
     /// Work by pool, in nanoseconds.
     work_ns: Vec<u64>,
-    /// Pools that have a node of it.
-    used: Vec<bool>,
-    /// Weights and frame of encoder results that jobs of other tasks could take.
-    offered: BTreeSet<(u16, u16)>,
 }
 
 impl Version {
     fn of<C: Capacity>(dag: &Dag<C>, at_ns: u64, task: &Task, pools: &Pools) -> Self {
         let limit = period_ns(task).map_or(task.deadline_ns, |period| period.min(task.deadline_ns));
-        let (mut work_ns, mut used) = (vec![0; pools.lanes.len()], vec![false; pools.lanes.len()]);
+        let mut work_ns = vec![0; pools.lanes.len()];
         for node in dag.nodes().filter_map(|id| dag.node(id)) {
             work_ns[node.pool().index()] += node.cost();
-            used[node.pool().index()] = true;
         }
         Self {
             proof: Proof::of(dag, at_ns, Duration::from_nanos(limit), &pools.lanes, &pools.budgets),
             work_ns,
-            used,
-            offered: frames(dag)
-                .filter(|(frame, _)| frame.sensor.is_some())
-                .map(|(frame, _)| key(frame))
-                .collect(),
         }
     }
 }
@@ -232,7 +223,7 @@ pub(super) fn versions<C: Capacity>(
     workload.tasks.iter().enumerate().map(of_task).collect()
 }
 
-fn apply<C: Capacity>(step: &Step, dag: &mut Dag<C>, task: &Task) -> Result<(), BuildError> {
+pub(super) fn apply<C: Capacity>(step: &Step, dag: &mut Dag<C>, task: &Task) -> Result<(), BuildError> {
     for node in &step.removed {
         dag.remove_node(*node);
     }
@@ -264,12 +255,19 @@ impl Test {
 }
 
 /// Applies every test.
-pub(super) fn judge(workload: &Workload, pools: &Pools, versions: &[Versions]) -> Admission {
+pub(super) fn judge(
+    workload: &Workload,
+    pools: &Pools,
+    versions: &[Versions],
+    certificate: &certificate::Certificate,
+) -> Admission {
+    let tests = response_tests(workload, versions).chain(utilisation_tests(workload, pools, versions));
+    let fits = fits(workload, pools, versions);
+    let is_proved = fits && certificate.is_analytic();
     let tests: Vec<Test> =
-        response_tests(workload, versions).chain(utilisation_tests(workload, pools, versions)).collect();
-    let fits = tests.iter().all(|test| test.margin >= 0);
+        tests.chain(is_proved.then(|| proofs(certificate)).into_iter().flatten()).collect();
     let binding = tests.iter().min_by(|a, b| a.tightness(b));
-    let guarantee = if fits && is_proved(versions) { Guarantee::Analytic } else { Guarantee::BestEffort };
+    let guarantee = if is_proved { Guarantee::Analytic } else { Guarantee::BestEffort };
     Admission {
         fits,
         guarantee,
@@ -279,6 +277,27 @@ pub(super) fn judge(workload: &Workload, pools: &Pools, versions: &[Versions]) -
         }),
         margin_ns: binding.map_or(0, |test| test.margin),
     }
+}
+
+/// Whether every test says yes.
+pub(super) fn fits(workload: &Workload, pools: &Pools, versions: &[Versions]) -> bool {
+    let utilisation = utilisation_tests(workload, pools, versions);
+    response_tests(workload, versions).chain(utilisation).all(|test| test.margin >= 0)
+}
+
+/// What is proved of all tasks together, of those that are not alone anyway.
+fn proofs(certificate: &certificate::Certificate) -> impl Iterator<Item = Test> + '_ {
+    certificate.tasks.iter().filter_map(|task| {
+        let response_ns = task.response_ns?;
+        let slowest = task.versions.iter().find(|version| version.response_ns == Some(response_ns))?;
+        let test = slowest.proof.as_ref().filter(|proof| !proof.is_alone())?;
+        Some(Test {
+            what: format!("response time ({}) of task `{}` among all", test.name(), task.name),
+            at_ns: None,
+            margin: i128::from(task.deadline_ns) - i128::from(response_ns),
+            limit: task.deadline_ns,
+        })
+    })
 }
 
 fn response_tests<'a>(workload: &'a Workload, versions: &'a [Versions]) -> impl Iterator<Item = Test> + 'a {
@@ -315,19 +334,6 @@ fn utilisation_tests(workload: &Workload, pools: &Pools, versions: &[Versions]) 
         }
     }
     tests
-}
-
-/// Whether the response-time bounds hold for what really runs: every task has its pools and its encoder results
-/// to itself, nothing waits for memory, and no node waits for a result that takes longer than its own execution.
-fn is_proved(versions: &[Versions]) -> bool {
-    let sound = |version: &Version| version.proof.memory_holds && version.proof.shares_evenly;
-    let apart = |a: &Version, b: &Version| {
-        let in_common = a.used.iter().zip(&b.used).any(|(a, b)| *a && *b);
-        !in_common && a.offered.is_disjoint(&b.offered)
-    };
-    let alone = |a: &Versions, b: &Versions| a.iter().all(|a| b.iter().all(|b| apart(a, b)));
-    versions.iter().all(|versions| versions.iter().all(sound))
-        && versions.iter().enumerate().all(|(i, a)| versions[..i].iter().all(|b| alone(a, b)))
 }
 
 #[cfg(test)]

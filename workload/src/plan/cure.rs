@@ -166,7 +166,7 @@ fn scale(ns: u64, thousandths: u32) -> u64 {
 fn fits<C: Capacity>(workload: &Workload) -> bool {
     let pools = admission::Pools::of(workload);
     let versions = built::<C>(workload).and_then(|built| admission::versions(workload, &built, &pools));
-    versions.is_ok_and(|versions| admission::judge(workload, &pools, &versions).fits)
+    versions.is_ok_and(|versions| admission::fits(workload, &pools, &versions))
 }
 
 /// The smallest number for which `holds`, by bisection; what it returns does hold.
