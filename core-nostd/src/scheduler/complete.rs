@@ -119,6 +119,7 @@ impl<C: Capacity> Scheduler<C> {
     /// The rest of `settle_one` in a graph that is not plain.
     #[inline(never)]
     fn settle_special(&mut self, slot: usize, rank: usize, is_last: bool) -> bool {
+        self.reopen();
         let (job, version) = (&self.jobs[slot], self.version(slot));
         let (is_decoder, has_encoders) = (version.decoders.contains(rank), !version.encoders.is_empty());
         if job.reruns {

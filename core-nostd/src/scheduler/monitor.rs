@@ -18,6 +18,8 @@ crate::capacity::stored! {
     pub(super) struct Monitor {
         /// Last tick that was looked at, plus one nanosecond; 0 before the first.
         looked_at: u64,
+        /// When a lane that is left idle is asked for again.
+        pub(super) wake: Instant,
         /// Consecutive ticks with overload.
         pub(super) over: u8,
         /// Whether the worst case of a job may end after its deadline.
@@ -93,7 +95,12 @@ impl<C: Capacity> Scheduler<C> {
     #[must_use]
     pub fn poll_at(&self) -> Option<Instant> {
         let late = self.slots().map(|slot| self.late_at(slot)).min();
-        self.tick_at().into_iter().chain(late).min().filter(|at| *at < Instant::MAX)
+        self.tick_at()
+            .into_iter()
+            .chain(late)
+            .chain(Some(self.monitor.wake))
+            .min()
+            .filter(|at| *at < Instant::MAX)
     }
 
     /// A job was released: `poll` may have to look earlier.
@@ -120,6 +127,12 @@ impl<C: Capacity> Scheduler<C> {
             // A tick of this instant came before that.
             (self.monitor.looked_at, self.monitor.over) = (self.this_tick(), 0);
         }
+        self.alarm = self.alarm.min(self.now.saturating_add(NEXT));
+    }
+
+    /// A pool holds its head back, until then at most: whatever happens, it is looked at again.
+    pub(super) fn ask_again(&mut self, at: Instant) {
+        self.monitor.wake = self.monitor.wake.min(at);
         self.alarm = self.alarm.min(self.now.saturating_add(NEXT));
     }
 
@@ -170,6 +183,8 @@ impl<C: Capacity> Scheduler<C> {
         }
         self.monitor.behind = self.slots().any(|slot| self.jobs[slot].behind);
         self.attends = self.observes;
+        self.reopen();
+        self.monitor.wake = Instant::MAX;
         let look = self.slots().map(|slot| self.look_at(slot)).min();
         self.alarm = self.tick_to_keep().min(look.unwrap_or(Instant::MAX));
     }

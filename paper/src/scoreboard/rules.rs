@@ -50,7 +50,7 @@ pub(crate) const BASELINE: &str = "job-EDF";
 pub(crate) const OURS: &str = "REDRT";
 
 /// All rules, preemptive unless their names say otherwise.
-pub(crate) const RULES: [Rule; 18] = [
+pub(crate) const RULES: [Rule; 19] = [
     ours("paper: level-sum, level gate", Config { gate: Gate::Level, ..LEVEL_SUM }),
     theirs("level-equal", Key::LevelEqual),
     ours("level-Graham", by_rule(DeadlineRule::LevelGraham)),
@@ -68,6 +68,7 @@ pub(crate) const RULES: [Rule; 18] = [
     ours("latest start, lowest urgency shed", Config { shed: Shed::LowestUrgency, ..LATEST_START }),
     ours("job-EDF, non-preemptive", Config { preempt: false, ..JOB_EDF }),
     ours("REDRT, non-preemptive", Config { preempt: false, ..REDRT }),
+    ours("REDRT lookahead, non-preemptive", Config { preempt: false, gate: Gate::Lookahead, ..REDRT }),
     ours("paper, non-preemptive", Config { gate: Gate::Level, preempt: false, ..LEVEL_SUM }),
 ];
 

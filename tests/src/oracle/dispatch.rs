@@ -28,6 +28,7 @@ impl Sim<'_> {
             }
             self.barrier = None;
         }
+        self.wake = None;
         for pool in 0..self.workload.pools.len() {
             self.fill(pool, now);
         }
@@ -49,6 +50,10 @@ impl Sim<'_> {
                 return;
             }
             self.reassign(now);
+            if let Some(until) = self.waits_until(pool, now) {
+                self.wake = Some(self.wake.map_or(until, |wake| wake.min(until)));
+                return;
+            }
             if let Some(pick) = self.pick(pool) {
                 if let Some(head) = pick.overtakes {
                     self.note_overtaking(head);

@@ -41,6 +41,13 @@ impl Sim<'_> {
         index.checked_mul(gap)?.checked_add(model.offset_ns)
     }
 
+    /// When the next job of a task that has released one is due for release, and its graph as things are.
+    pub(super) fn expected_release(&self, task: usize) -> Option<(u64, Rc<Graph>)> {
+        let state = &self.tasks[task];
+        let at = self.next_release(task).filter(|_| state.released > 0)?;
+        Some((at, Rc::clone(&state.graph)))
+    }
+
     /// Takes the events of this instant and applies what need not wait: a task holds two versions.
     pub(super) fn edit(&mut self, now: u64) {
         for task in 0..self.tasks.len() {
