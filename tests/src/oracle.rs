@@ -197,17 +197,24 @@ impl<'a> Sim<'a> {
         self.now = Some(now);
         let mut first = true;
         loop {
-            self.complete(now);
-            self.edit(now);
+            let ended = self.complete(now);
+            let edited = self.edit(now);
+            let before = self.jobs.len();
             if first {
                 self.release(now);
             }
+            let released = self.jobs.len() > before;
             let tick = first && self.policy.monitors() && now.is_multiple_of(TICK_NS);
             if tick {
                 self.observe(now);
             }
+            let before = self.jobs.len();
             self.shed(now, tick);
-            self.dispatch(now);
+            let shed = self.jobs.len() < before;
+            // A pool that left a lane idle looks again when something happened, or when it said.
+            if ended || edited || released || shed || self.wake.is_none_or(|wake| wake <= now) {
+                self.dispatch(now);
+            }
             first = false;
             if self.running.iter().all(|unit| unit.finish > now) {
                 return;
@@ -215,11 +222,12 @@ impl<'a> Sim<'a> {
         }
     }
 
-    /// Applies the completions of this instant, by pool, then lane.
-    fn complete(&mut self, now: u64) {
+    /// Applies the completions of this instant, by pool, then lane; whether there are any.
+    fn complete(&mut self, now: u64) -> bool {
         let (mut ended, running): (Vec<Unit>, Vec<Unit>) =
             self.running.drain(..).partition(|unit| unit.finish == now);
         self.running = running;
+        let any = !ended.is_empty();
         ended.sort_by_key(|unit| (unit.pool, unit.lane));
         for unit in ended {
             let mut living = 0;
@@ -237,6 +245,7 @@ impl<'a> Sim<'a> {
             }
         }
         self.settle(now);
+        any
     }
 
     /// After nodes became done or jobs appeared: cache hits, ended jobs, outputs that nobody needs.

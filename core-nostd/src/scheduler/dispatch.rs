@@ -97,6 +97,7 @@ impl<C: Capacity> Scheduler<C> {
             if self.holds_back(pool, slot, rank) {
                 return None;
             }
+            self.reopen();
             let version = self.version(slot);
             if limited || version.encoders.contains(rank) || version.decoders.contains(rank) {
                 return self.start_special(slot, rank, lane);

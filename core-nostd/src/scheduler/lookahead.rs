@@ -87,7 +87,8 @@ impl<C: Capacity> Scheduler<C> {
         }
         let waits = until < u64::MAX && take::<C>(&mut free, &head) <= head.key;
         if waits {
-            self.ask_again(Instant::from_nanos(until));
+            self.monitor.wake = self.monitor.wake.min(Instant::from_nanos(until));
+            self.alarm = self.alarm.min(self.monitor.wake);
         }
         waits
     }

@@ -188,9 +188,10 @@ impl<C: Capacity> Scheduler<C> {
         self.active = if C::POOLS == 1 { 1 } else { self.active | 1 << pool };
     }
 
-    /// After an event, if a pool holds its head back: all pools.
+    /// After an event or a start, if a pool holds its head back: all pools.
     fn reopen(&mut self) {
         if self.monitor.wake < Instant::MAX {
+            self.monitor.wake = Instant::MAX;
             self.activate_all();
         }
     }

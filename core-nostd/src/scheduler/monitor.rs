@@ -130,14 +130,9 @@ impl<C: Capacity> Scheduler<C> {
         self.alarm = self.alarm.min(self.now.saturating_add(NEXT));
     }
 
-    /// A pool holds its head back, until then at most: whatever happens, it is looked at again.
-    pub(super) fn ask_again(&mut self, at: Instant) {
-        self.monitor.wake = self.monitor.wake.min(at);
-        self.alarm = self.alarm.min(self.now.saturating_add(NEXT));
-    }
-
     /// Something happened: where a job may be lost, `poll` looks, also if time has not moved since it last did.
     pub(super) fn look_now(&mut self) {
+        self.reopen();
         if self.monitor.behind {
             self.alarm = Instant::ZERO;
         }
@@ -183,10 +178,11 @@ impl<C: Capacity> Scheduler<C> {
         }
         self.monitor.behind = self.slots().any(|slot| self.jobs[slot].behind);
         self.attends = self.observes;
-        self.reopen();
-        self.monitor.wake = Instant::MAX;
+        if self.now >= self.monitor.wake {
+            self.reopen();
+        }
         let look = self.slots().map(|slot| self.look_at(slot)).min();
-        self.alarm = self.tick_to_keep().min(look.unwrap_or(Instant::MAX));
+        self.alarm = self.tick_to_keep().min(look.unwrap_or(Instant::MAX)).min(self.monitor.wake);
     }
 
     /// Brings the outlook of every job that needs it up to date; returns those that are lost for certain.

@@ -48,8 +48,9 @@ impl Sim<'_> {
         Some((at, Rc::clone(&state.graph)))
     }
 
-    /// Takes the events of this instant and applies what need not wait: a task holds two versions.
-    pub(super) fn edit(&mut self, now: u64) {
+    /// Takes the events of this instant and applies what need not wait: a task holds two versions. Whether any was applied.
+    pub(super) fn edit(&mut self, now: u64) -> bool {
+        let mut any = false;
         for task in 0..self.tasks.len() {
             let state = &mut self.tasks[task];
             if state.taken.is_none_or(|taken| taken < now) {
@@ -67,8 +68,10 @@ impl Sim<'_> {
                 state.nodes = edited(&state.nodes, &events.iter().collect::<Vec<_>>());
                 state.graph = Rc::new(Graph::of(&state.nodes, self.policy.refines()));
                 state.version += 1;
+                any = true;
             }
         }
+        any
     }
 
     fn older_version_has_jobs(&self, task: usize) -> bool {
