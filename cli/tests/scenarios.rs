@@ -7,7 +7,7 @@ use process::run;
 use serde_json::Value;
 
 const SCENARIOS: [&str; 5] = ["obstacle-free", "obstacle", "urban", "emergency", "night"];
-const POLICIES: [&str; 5] = ["edf", "red-fg", "red-ida", "red", "redrt"];
+const POLICIES: [&str; 6] = ["edf", "red-fg", "red-ida", "red", "redrt", "redrt-lookahead"];
 
 fn answer(arguments: &[&str]) -> Value {
     let (status, out, err) = run(arguments);
