@@ -119,7 +119,6 @@ impl<C: Capacity> Scheduler<C> {
     /// The rest of `settle_one` in a graph that is not plain.
     #[inline(never)]
     fn settle_special(&mut self, slot: usize, rank: usize, is_last: bool) -> bool {
-        self.reopen();
         let (job, version) = (&self.jobs[slot], self.version(slot));
         let (is_decoder, has_encoders) = (version.decoders.contains(rank), !version.encoders.is_empty());
         if job.reruns {
@@ -127,8 +126,10 @@ impl<C: Capacity> Scheduler<C> {
             let job = &mut self.jobs[slot];
             job.ready = job.ready.without(&job.done).without(&job.running);
         }
-        if self.config.gate == Gate::Level {
-            self.open_level(slot);
+        match self.config.gate {
+            Gate::Precedence => {}
+            Gate::Level => self.open_level(slot),
+            Gate::Lookahead => self.reopen(),
         }
         if is_last {
             self.end_job(slot, None);

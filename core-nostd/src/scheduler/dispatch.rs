@@ -3,6 +3,7 @@
 use super::action::{Action, Dispatch};
 use super::{Scheduler, complete::CompleteError};
 use crate::capacity::Capacity;
+use crate::config::Gate;
 use crate::id::{LaneId, UnitId};
 use crate::time::Instant;
 use core::convert::identity;
@@ -91,19 +92,16 @@ impl<C: Capacity> Scheduler<C> {
         let lane = if wanted != 0 { wanted.trailing_zeros() } else { free.trailing_zeros() };
         let lane = if C::LANES == 1 { 0 } else { lane as usize };
         let (version, limited) = (self.version(slot), self.pools[pool].limited);
-        let node = version.order[rank];
         if !version.is_plain || limited {
             cold_path();
-            if self.holds_back(pool, slot, rank) {
-                return None;
+            if self.config.gate == Gate::Lookahead {
+                return self.start_unless_held(pool, slot, rank, lane);
             }
-            self.reopen();
-            let version = self.version(slot);
             if limited || version.encoders.contains(rank) || version.decoders.contains(rank) {
                 return self.start_special(slot, rank, lane);
             }
         }
-        Some(self.start(slot, rank, node, lane))
+        Some(self.start(slot, rank, version.order[rank], lane))
     }
 
     /// The head of the pool.

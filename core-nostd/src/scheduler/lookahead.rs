@@ -10,7 +10,7 @@
 
 use super::Scheduler;
 use crate::capacity::{Capacity, Empty};
-use crate::config::Gate;
+use crate::id::UnitId;
 use crate::time::Instant;
 
 crate::capacity::stored! {
@@ -24,12 +24,29 @@ crate::capacity::stored! {
 }
 
 impl<C: Capacity> Scheduler<C> {
-    /// Whether a pool starts nothing, though its head is ready. Time bound: O(jobs * nodes * lanes).
+    /// Starts the head of a pool, or nothing. Time bound: O(jobs * nodes * lanes).
     #[cold]
-    pub(super) fn holds_back(&mut self, pool: usize, slot: usize, rank: usize) -> bool {
-        if self.config.gate != Gate::Lookahead || self.config.preempt || self.pools[pool].limited {
-            return false;
+    #[inline(never)]
+    pub(super) fn start_unless_held(
+        &mut self,
+        pool: usize,
+        slot: usize,
+        rank: usize,
+        lane: usize,
+    ) -> Option<UnitId> {
+        let limited = self.pools[pool].limited;
+        if !limited && !self.config.preempt && self.holds_back(pool, slot, rank) {
+            return None;
         }
+        self.reopen();
+        let version = self.version(slot);
+        if limited || version.encoders.contains(rank) || version.decoders.contains(rank) {
+            return self.start_special(slot, rank, lane);
+        }
+        Some(self.start(slot, rank, version.order[rank], lane))
+    }
+
+    fn holds_back(&mut self, pool: usize, slot: usize, rank: usize) -> bool {
         let (now, lanes) = (self.now.as_nanos(), self.pools[pool].lanes);
         let key_of = |slot: usize, rank| self.jobs[slot].key_of(self.version(slot), rank, self.residual);
         let head = Soon { key: key_of(slot, rank), at: now, cost: self.node(slot, rank).cost() };
