@@ -37,5 +37,5 @@ pub(crate) fn seed(text: &str) -> Result<u64, String> {
 
 /// A policy by its name.
 pub(crate) fn policy() -> impl TypedValueParser<Value = Policy> {
-    PossibleValuesParser::new(Policy::ALL.map(Policy::name)).try_map(|name| name.parse::<Policy>())
+    PossibleValuesParser::new(Policy::NAMED.map(Policy::name)).try_map(|name| name.parse::<Policy>())
 }

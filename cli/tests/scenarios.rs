@@ -7,7 +7,7 @@ use process::run;
 use serde_json::Value;
 
 const SCENARIOS: [&str; 5] = ["obstacle-free", "obstacle", "urban", "emergency", "night"];
-const POLICIES: [&str; 5] = ["edf", "red-fg", "red-ida", "red", "redrt"];
+const POLICIES: [&str; 6] = ["edf", "red-fg", "red-ida", "red", "redrt", "redrt-lookahead"];
 
 fn answer(arguments: &[&str]) -> Value {
     let (status, out, err) = run(arguments);
@@ -31,9 +31,10 @@ fn the_papers_scenarios_run_under_every_policy() {
             );
             saved.push(report["encoder_runs_saved"].as_u64().expect("a count"));
         }
-        let [edf, fg, ida, red, redrt] = saved[..] else { panic!("five policies") };
+        let [edf, fg, ida, red, redrt, lookahead] = saved[..] else { panic!("six policies") };
         assert_eq!((edf, fg, ida), (0, 0, 0), "{scenario}: the baselines run the encoder in each call");
         assert!(red < redrt, "{scenario}: the frame cache shares across stages, merging within one");
+        assert!(red < lookahead, "{scenario}: lanes that wait share as much");
     }
 }
 

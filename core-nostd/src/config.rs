@@ -12,6 +12,8 @@ crate::capacity::values! {
         Precedence,
         /// Every node of a lower height, as the paper's level barrier has it.
         Level,
+        /// Its predecessors, and a more pressing node that is ready so soon that it would be late behind this one.
+        Lookahead,
     }
 
     /// When sub-deadlines of jobs in flight are computed again.
@@ -127,6 +129,9 @@ impl Config {
         shed: Shed::Hopeless,
         ..Self::RED
     };
+
+    /// Ours, with lanes that wait for what is soon ready where nothing is preempted.
+    pub const REDRT_LOOKAHEAD: Self = Self { gate: Gate::Lookahead, ..Self::REDRT };
 
     /// With this many lanes in the first pool.
     #[must_use]

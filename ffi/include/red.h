@@ -380,6 +380,10 @@ enum red_preset
    * Ours, and the default: latest-start keys, precedence gating, merging, frame cache, hopeless-first shedding.
    */
   RED_PRESET_REDRT = 4,
+  /**
+   * Ours, with lanes that wait for what is soon ready where nothing is preempted.
+   */
+  RED_PRESET_REDRT_LOOKAHEAD = 5,
 };
 #ifndef __cplusplus
 typedef uint32_t red_preset;
@@ -438,6 +442,10 @@ enum red_gate
    * Every node of a lower height, as the paper's level barrier has it.
    */
   RED_GATE_LEVEL = 1,
+  /**
+   * Its predecessors, and a more pressing node that is ready so soon that it would be late behind this one.
+   */
+  RED_GATE_LOOKAHEAD = 2,
 };
 #ifndef __cplusplus
 typedef uint32_t red_gate;

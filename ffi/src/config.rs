@@ -22,6 +22,8 @@ pub enum red_preset {
     Red = 3,
     /// Ours, and the default: latest-start keys, precedence gating, merging, frame cache, hopeless-first shedding.
     Redrt = 4,
+    /// Ours, with lanes that wait for what is soon ready where nothing is preempted.
+    RedrtLookahead = 5,
 }
 
 /// How a node's sub-deadline follows from the end-to-end deadline D.
@@ -50,6 +52,8 @@ pub enum red_gate {
     Precedence = 0,
     /// Every node of a lower height, as the paper's level barrier has it.
     Level = 1,
+    /// Its predecessors, and a more pressing node that is ready so soon that it would be late behind this one.
+    Lookahead = 2,
 }
 
 /// When sub-deadlines of jobs in flight are computed again.
@@ -210,7 +214,7 @@ impl red_config {
             lanes: u8::try_from(self.lanes).map_err(|_| red_status::PoolsFull)?,
             memory: bytes(self.memory_bytes),
             rule: rule(self.rule)?,
-            gate: one_of(self.gate, &[Gate::Precedence, Gate::Level])?,
+            gate: one_of(self.gate, &[Gate::Precedence, Gate::Level, Gate::Lookahead])?,
             reassign: one_of(self.reassign, &[Reassign::Never, Reassign::OnDispatch, Reassign::OnChange])?,
             refine: flag(self.refine)?,
             merge_skew: (self.merge_skew_ns != RED_NONE_64)
@@ -260,7 +264,8 @@ impl red_config {
 /// Threads: any, at once. Real time: yes. Time: O(1). Errors: RED_STATUS_OUT_OF_RANGE: `preset` is not one of red_preset.
 #[unsafe(no_mangle)]
 pub extern "C" fn red_config_preset(preset: u32, config: *mut red_config) -> red_status {
-    const PRESETS: &[Config] = &[Config::EDF, Config::RED_FG, Config::RED_IDA, Config::RED, Config::REDRT];
+    const PRESETS: &[Config] =
+        &[Config::EDF, Config::RED_FG, Config::RED_IDA, Config::RED, Config::REDRT, Config::REDRT_LOOKAHEAD];
     flat(OutGrowing::of(config).and_then(|config| {
         config.put(red_config::of(&one_of(preset, PRESETS)?));
         Ok(red_status::Ok)

@@ -36,7 +36,7 @@ fn run(workload: &Workload) {
     };
     let shortest = workload.tasks.iter().map(|task| gap(task.arrival)).min().unwrap_or(u64::MAX);
     let horizon_ns = shortest.saturating_mul(RELEASES).min(1_000_000);
-    let policy = Policy::ALL[workload.tasks.len() % Policy::ALL.len()];
+    let policy = Policy::NAMED[workload.tasks.len() % Policy::NAMED.len()];
     let options =
         Options { policy, horizon_ns, seed: 1, execution: Execution::Wcet, preempt: false, schedule: false };
     let report = simulate(workload, &options).expect("what is read can be run");

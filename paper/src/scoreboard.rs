@@ -3,6 +3,7 @@
 pub(crate) mod acceptance;
 mod bound;
 mod drive;
+mod federated;
 pub(crate) mod makespan;
 pub(crate) mod mixes;
 mod reference;

@@ -16,7 +16,8 @@ pub fn agree(workload: &Workload, policy: Policy, horizon_ns: u64) -> Result<(),
 ///
 /// Never: both lists of policies have the same length.
 pub fn options(policy: Policy, horizon_ns: u64) -> Options {
-    let named = Policy::ALL.iter().zip(red_workload::policy::Policy::ALL).find(|(ours, _)| **ours == policy);
+    let named =
+        Policy::ALL.iter().zip(red_workload::policy::Policy::NAMED).find(|(ours, _)| **ours == policy);
     let (_, policy) = named.expect("both lists are in the paper's order");
     Options { policy, horizon_ns, seed: 1, execution: Execution::Wcet, preempt: false, schedule: true }
 }

@@ -9,6 +9,7 @@ mod cache;
 mod dispatch;
 mod job;
 mod keys;
+mod lookahead;
 mod outcome;
 mod releases;
 mod shed;
@@ -20,7 +21,7 @@ pub use outcome::{Outcome, Reason, Row, ShedRow, TaskOutcome};
 use job::{FrameKey, Job, SubId};
 use releases::TaskState;
 
-/// The five named configurations.
+/// The named configurations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Policy {
     /// Whole stages, end-to-end deadlines.
@@ -33,11 +34,19 @@ pub enum Policy {
     Red,
     /// Latest start, merging, frame cache, hopeless jobs aborted.
     Redrt,
+    /// `Redrt`, with lanes that wait for a pressing node that is soon ready.
+    RedrtLookahead,
 }
 
 impl Policy {
-    /// All five, in the order of the paper's table.
-    pub const ALL: [Self; 5] = [Self::Edf, Self::RedFg, Self::RedIda, Self::Red, Self::Redrt];
+    /// All of them, in the order of the paper's table, ours last.
+    pub const ALL: [Self; 6] =
+        [Self::Edf, Self::RedFg, Self::RedIda, Self::Red, Self::Redrt, Self::RedrtLookahead];
+
+    /// Whether it is ours, with or without lanes that wait.
+    pub fn is_ours(self) -> bool {
+        matches!(self, Self::Redrt | Self::RedrtLookahead)
+    }
 
     /// Whether stages become encoder and decoders.
     pub fn refines(self) -> bool {
@@ -56,17 +65,17 @@ impl Policy {
 
     /// Whether ready encoders of one key form a unit.
     pub fn merges(self) -> bool {
-        matches!(self, Self::Red | Self::Redrt)
+        self == Self::Red || self.is_ours()
     }
 
     /// Whether encoder outputs are kept for later stages.
     pub fn caches(self) -> bool {
-        self == Self::Redrt
+        self.is_ours()
     }
 
     /// Whether the overload monitor ticks.
     pub fn monitors(self) -> bool {
-        matches!(self, Self::Red | Self::Redrt)
+        self == Self::Red || self.is_ours()
     }
 
     /// Whether the periodic barrier of the workload holds dispatches.
@@ -137,6 +146,8 @@ struct Sim<'a> {
     over: u32,
     /// When a dispatch that waits for the grid happens.
     barrier: Option<u64>,
+    /// When a pool that left a lane idle looks again.
+    wake: Option<u64>,
     /// How many units overtook each head that did not fit into memory.
     overtaken: Vec<(SubId, u32)>,
     /// Executions that the next tick may see: pool, start, finish.
@@ -157,6 +168,7 @@ impl<'a> Sim<'a> {
             cached: Vec::new(),
             over: 0,
             barrier: None,
+            wake: None,
             overtaken: Vec::new(),
             executions: Vec::new(),
             outcome: Outcome::new(workload),
@@ -170,7 +182,14 @@ impl<'a> Sim<'a> {
         let releases = (0..self.tasks.len()).filter_map(|task| self.next_release(task));
         let events = self.workload.events.iter().map(|event| event.at_ns);
         let tick = self.policy.monitors().then(|| self.now.map_or(0, |now| (now / TICK_NS + 1) * TICK_NS));
-        finishes.chain(releases).chain(events).chain(tick).chain(self.barrier).filter(after).min()
+        finishes
+            .chain(releases)
+            .chain(events)
+            .chain(tick)
+            .chain(self.barrier)
+            .chain(self.wake)
+            .filter(after)
+            .min()
     }
 
     /// One instant: all its events, then the lanes, again while something ends at once.
@@ -178,17 +197,24 @@ impl<'a> Sim<'a> {
         self.now = Some(now);
         let mut first = true;
         loop {
-            self.complete(now);
-            self.edit(now);
+            let ended = self.complete(now);
+            let edited = self.edit(now);
+            let before = self.jobs.len();
             if first {
                 self.release(now);
             }
+            let released = self.jobs.len() > before;
             let tick = first && self.policy.monitors() && now.is_multiple_of(TICK_NS);
             if tick {
                 self.observe(now);
             }
+            let before = self.jobs.len();
             self.shed(now, tick);
-            self.dispatch(now);
+            let shed = self.jobs.len() < before;
+            // A pool that left a lane idle looks again when something happened, or when it said.
+            if ended || edited || released || shed || self.wake.is_none_or(|wake| wake <= now) {
+                self.dispatch(now);
+            }
             first = false;
             if self.running.iter().all(|unit| unit.finish > now) {
                 return;
@@ -196,11 +222,12 @@ impl<'a> Sim<'a> {
         }
     }
 
-    /// Applies the completions of this instant, by pool, then lane.
-    fn complete(&mut self, now: u64) {
+    /// Applies the completions of this instant, by pool, then lane; whether there are any.
+    fn complete(&mut self, now: u64) -> bool {
         let (mut ended, running): (Vec<Unit>, Vec<Unit>) =
             self.running.drain(..).partition(|unit| unit.finish == now);
         self.running = running;
+        let any = !ended.is_empty();
         ended.sort_by_key(|unit| (unit.pool, unit.lane));
         for unit in ended {
             let mut living = 0;
@@ -218,6 +245,7 @@ impl<'a> Sim<'a> {
             }
         }
         self.settle(now);
+        any
     }
 
     /// After nodes became done or jobs appeared: cache hits, ended jobs, outputs that nobody needs.

@@ -47,6 +47,22 @@ fn every_schedule_of_the_core_passes_the_judge() {
 }
 
 #[test]
+fn lanes_wait_under_lookahead_only() {
+    let waited = std::sync::atomic::AtomicUsize::new(0);
+    each(60, &Shape { memory: false, ..Shape::default() }, |workload, policy, horizon_ns| {
+        if policy == Policy::RedrtLookahead {
+            let rows = |policy| Found::of(core(workload, &options(policy, horizon_ns))).rows;
+            let differs = rows(Policy::Redrt) != rows(policy);
+            waited.fetch_add(differs.into(), std::sync::atomic::Ordering::Relaxed);
+        }
+        Ok(())
+    });
+    // Else the comparison above says nothing of it.
+    let waited = waited.into_inner();
+    assert!(waited >= 10, "lanes waited in {waited} workloads");
+}
+
+#[test]
 fn equal_options_give_equal_bytes() {
     each(25, &Shape::default(), |workload, policy, horizon_ns| {
         let wcet = options(policy, horizon_ns);

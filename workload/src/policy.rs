@@ -1,4 +1,4 @@
-//! The five policies by their names on the command line.
+//! The policies by their names on the command line.
 
 use red_core::Config;
 use std::fmt;
@@ -18,11 +18,17 @@ pub enum Policy {
     /// Ours.
     #[default]
     Redrt,
+    /// Ours, with lanes that wait for a pressing node that is soon ready.
+    RedrtLookahead,
 }
 
 impl Policy {
-    /// All of them, in the paper's order, ours last.
+    /// What the paper's tables compare, in its order, ours last.
     pub const ALL: [Self; 5] = [Self::Edf, Self::RedFg, Self::RedIda, Self::Red, Self::Redrt];
+
+    /// Everything that has a name.
+    pub const NAMED: [Self; 6] =
+        [Self::Edf, Self::RedFg, Self::RedIda, Self::Red, Self::Redrt, Self::RedrtLookahead];
 
     /// Name on the command line and in JSON.
     #[must_use]
@@ -33,6 +39,7 @@ impl Policy {
             Self::RedIda => "red-ida",
             Self::Red => "red",
             Self::Redrt => "redrt",
+            Self::RedrtLookahead => "redrt-lookahead",
         }
     }
 
@@ -45,6 +52,7 @@ impl Policy {
             Self::RedIda => Config::RED_IDA,
             Self::Red => Config::RED,
             Self::Redrt => Config::REDRT,
+            Self::RedrtLookahead => Config::REDRT_LOOKAHEAD,
         }
     }
 
@@ -65,7 +73,7 @@ impl FromStr for Policy {
     type Err = String;
 
     fn from_str(name: &str) -> Result<Self, String> {
-        let known = Self::ALL.into_iter().find(|p| p.name() == name);
-        known.ok_or_else(|| "expected one of edf, red-fg, red-ida, red, redrt".to_owned())
+        let known = Self::NAMED.into_iter().find(|p| p.name() == name);
+        known.ok_or_else(|| "expected one of edf, red-fg, red-ida, red, redrt, redrt-lookahead".to_owned())
     }
 }

@@ -126,8 +126,10 @@ impl<C: Capacity> Scheduler<C> {
             let job = &mut self.jobs[slot];
             job.ready = job.ready.without(&job.done).without(&job.running);
         }
-        if self.config.gate == Gate::Level {
-            self.open_level(slot);
+        match self.config.gate {
+            Gate::Precedence => {}
+            Gate::Level => self.open_level(slot),
+            Gate::Lookahead => self.reopen(),
         }
         if is_last {
             self.end_job(slot, None);

@@ -3,6 +3,7 @@
 use super::action::{Action, Dispatch};
 use super::{Scheduler, complete::CompleteError};
 use crate::capacity::Capacity;
+use crate::config::Gate;
 use crate::id::{LaneId, UnitId};
 use crate::time::Instant;
 use core::convert::identity;
@@ -93,6 +94,9 @@ impl<C: Capacity> Scheduler<C> {
         let (version, limited) = (self.version(slot), self.pools[pool].limited);
         if !version.is_plain || limited {
             cold_path();
+            if self.config.gate == Gate::Lookahead {
+                return self.start_unless_held(pool, slot, rank, lane);
+            }
             if limited || version.encoders.contains(rank) || version.decoders.contains(rank) {
                 return self.start_special(slot, rank, lane);
             }

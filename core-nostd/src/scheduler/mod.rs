@@ -35,6 +35,7 @@ mod dispatch;
 pub(crate) mod edit;
 pub(crate) mod event;
 mod jobs;
+mod lookahead;
 mod memory;
 mod merging;
 mod monitor;
@@ -165,7 +166,7 @@ impl<C: Capacity> Scheduler<C> {
         self.attends = self.observes;
         self.residual = config.residual();
         self.reassigns = self.residual && config.reassign == Reassign::OnDispatch;
-        self.alarm = Instant::MAX;
+        (self.alarm, self.monitor.wake) = (Instant::MAX, Instant::MAX);
         self.record.open();
         let lanes = config.lanes.clamp(1, C::LANES as u8);
         // One to LANES lanes in the first of at least one pool: there is room.
@@ -185,6 +186,18 @@ impl<C: Capacity> Scheduler<C> {
     /// to a byte store, and the load of the word soon after it would wait for the store to finish.
     fn activate(&mut self, pool: usize) {
         self.active = if C::POOLS == 1 { 1 } else { self.active | 1 << pool };
+    }
+
+    /// After an event or a start, if a pool holds its head back: all pools.
+    fn reopen(&mut self) {
+        if self.monitor.wake < Instant::MAX {
+            self.monitor.wake = Instant::MAX;
+            self.activate_all();
+        }
+    }
+
+    fn activate_all(&mut self) {
+        self.active = ((1u64 << self.pool_count) - 1) as u32;
     }
 
     /// Holds time: a step back is counted and the latest time kept. At the first event of a new tick it takes

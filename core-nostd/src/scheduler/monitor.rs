@@ -18,6 +18,8 @@ crate::capacity::stored! {
     pub(super) struct Monitor {
         /// Last tick that was looked at, plus one nanosecond; 0 before the first.
         looked_at: u64,
+        /// When a lane that is left idle is asked for again.
+        pub(super) wake: Instant,
         /// Consecutive ticks with overload.
         pub(super) over: u8,
         /// Whether the worst case of a job may end after its deadline.
@@ -93,7 +95,12 @@ impl<C: Capacity> Scheduler<C> {
     #[must_use]
     pub fn poll_at(&self) -> Option<Instant> {
         let late = self.slots().map(|slot| self.late_at(slot)).min();
-        self.tick_at().into_iter().chain(late).min().filter(|at| *at < Instant::MAX)
+        self.tick_at()
+            .into_iter()
+            .chain(late)
+            .chain(Some(self.monitor.wake))
+            .min()
+            .filter(|at| *at < Instant::MAX)
     }
 
     /// A job was released: `poll` may have to look earlier.
@@ -125,6 +132,7 @@ impl<C: Capacity> Scheduler<C> {
 
     /// Something happened: where a job may be lost, `poll` looks, also if time has not moved since it last did.
     pub(super) fn look_now(&mut self) {
+        self.reopen();
         if self.monitor.behind {
             self.alarm = Instant::ZERO;
         }
@@ -170,8 +178,11 @@ impl<C: Capacity> Scheduler<C> {
         }
         self.monitor.behind = self.slots().any(|slot| self.jobs[slot].behind);
         self.attends = self.observes;
+        if self.now >= self.monitor.wake {
+            self.reopen();
+        }
         let look = self.slots().map(|slot| self.look_at(slot)).min();
-        self.alarm = self.tick_to_keep().min(look.unwrap_or(Instant::MAX));
+        self.alarm = self.tick_to_keep().min(look.unwrap_or(Instant::MAX)).min(self.monitor.wake);
     }
 
     /// Brings the outlook of every job that needs it up to date; returns those that are lost for certain.

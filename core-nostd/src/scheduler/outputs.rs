@@ -179,6 +179,7 @@ impl<C: Capacity> Scheduler<C> {
 
     /// A job was given up: its units lose a member, its suspended sub-jobs and its claims on results go.
     pub(super) fn abandon(&mut self, slot: usize) {
+        self.reopen();
         for lane in 0..self.lanes() {
             if !self.lanes[lane].is_busy() || self.lanes[lane].members >> slot & 1 == 0 {
                 continue;

@@ -44,6 +44,7 @@ impl<C: Capacity> Scheduler<C> {
         let deadline = due.ok_or(ReleaseError::Overflow)?;
         let index = task_entry.next_job;
         task_entry.next_job += 1;
+        task_entry.released = release;
         let slot = (self.in_flight | self.ended).trailing_ones() as usize;
         if slot >= C::JOBS {
             self.note_task(EventKind::Refused, t, index);
@@ -108,7 +109,7 @@ impl<C: Capacity> Scheduler<C> {
     pub(super) fn age_keys(&mut self) {
         if self.reassigns {
             self.stale_keys = true;
-            self.active = ((1u64 << self.pool_count) - 1) as u32;
+            self.activate_all();
         }
     }
 }

@@ -91,6 +91,8 @@ crate::capacity::stored! {
         /// Counts commits, so that an edit knows whether another came between; 1 from the start.
         pub(super) revision: u32,
         pub(super) next_job: u64,
+        /// When its last job was released.
+        pub(super) released: Instant,
         pub(super) timing: Timing,
         /// One more than the highest node place ever used.
         pub(super) end: u16,
@@ -159,9 +161,13 @@ impl<C: Capacity> Task<C> {
         if job.version { second } else { first }
     }
 
+    pub(super) fn newest(&self) -> &Version<C> {
+        &self.versions[usize::from(self.current)]
+    }
+
     /// Places of the newest graph's nodes, and of the older one's as long as jobs have it.
     pub(super) fn taken(&self) -> NodeSet<C> {
-        let mut taken = self.versions[usize::from(self.current)].nodes();
+        let mut taken = self.newest().nodes();
         let older = self.versions.iter().filter(|version| version.users > 0);
         older.for_each(|version| taken.extend(&version.nodes()));
         taken

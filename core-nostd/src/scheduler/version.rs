@@ -19,7 +19,7 @@ crate::capacity::stored! {
         pub(super) len: u16,
         /// Jobs in flight that have this version.
         pub(super) users: u8,
-        /// Whether precedence alone readies its nodes: no encoder, no decoder, no level gate.
+        /// Whether precedence alone readies its nodes: no encoder, no decoder, no other gate.
         pub(super) is_plain: bool,
         /// Pools that its nodes use, a bit each.
         pub(super) pool_mask: u32,

@@ -23,6 +23,8 @@ public:
     [[nodiscard]] static Config red() noexcept { return Config(RED_PRESET_RED); }
     /// Ours: latest-start keys, precedence gating, merging, frame cache, hopeless-first shedding.
     [[nodiscard]] static Config redrt() noexcept { return Config(RED_PRESET_REDRT); }
+    /// Ours, with lanes that wait for what is soon ready where nothing is preempted.
+    [[nodiscard]] static Config redrt_lookahead() noexcept { return Config(RED_PRESET_REDRT_LOOKAHEAD); }
 
     /// Lanes of the first pool; 1 unless told.
     Config &lanes(std::uint32_t count) noexcept { return c_.lanes = count, *this; }

@@ -22,6 +22,7 @@ enum class Rule : std::uint32_t {
 enum class Gate : std::uint32_t {
     Precedence = RED_GATE_PRECEDENCE,
     Level = RED_GATE_LEVEL,
+    Lookahead = RED_GATE_LOOKAHEAD,
 };
 
 /// When sub-deadlines of jobs in flight are computed again.

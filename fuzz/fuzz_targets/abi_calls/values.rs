@@ -57,7 +57,7 @@ pub(crate) fn config(c: &red_config, lanes: usize) -> Result<Config, Statuses> {
         lanes: c.lanes as u8,
         memory: budget(c.memory_bytes),
         rule: fields.one_of(c.rule, &RULES),
-        gate: fields.one_of(c.gate, &[Gate::Precedence, Gate::Level]),
+        gate: fields.one_of(c.gate, &[Gate::Precedence, Gate::Level, Gate::Lookahead]),
         reassign: fields.one_of(c.reassign, &[Reassign::Never, Reassign::OnDispatch, Reassign::OnChange]),
         refine: fields.one_of(c.refine, &[false, true]),
         merge_skew: (c.merge_skew_ns != RED_NONE_64).then_some(Duration::from_nanos(c.merge_skew_ns)),
@@ -84,7 +84,7 @@ pub(crate) fn of_config(c: &Config) -> red_config {
         abi_version: 0,
         lanes: c.lanes.into(),
         rule: at(RULES.iter().position(|rule| *rule == c.rule)),
-        gate: u32::from(c.gate == Gate::Level),
+        gate: c.gate as u32,
         reassign: match c.reassign {
             Reassign::Never => 0,
             Reassign::OnDispatch => 1,

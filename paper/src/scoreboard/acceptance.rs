@@ -148,9 +148,11 @@ pub(crate) fn run(run: &Run<'_>) -> Result<Table, PaperError> {
             let Score { missed, jobs, .. } = scores.rules[nth];
             100.0 * missed as f64 / jobs.max(1) as f64
         };
+        let is_run = scores.iter().any(|scores| scores.rules[nth].jobs > 0);
         let cells = columns.iter().enumerate().flat_map(|(column, of)| {
             let accepted = Cell::from(mean(of, &|scores| scores.acceptance(nth)));
-            [accepted].into_iter().chain((column < 4).then(|| Cell::from(mean(of, &missed))))
+            let missed = || Cell::from(is_run.then(|| mean(of, &missed)));
+            [accepted].into_iter().chain((column < 4).then(missed))
         });
         rows.push([Cell::from(rule.name)].into_iter().chain(cells).collect());
     }

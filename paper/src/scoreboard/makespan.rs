@@ -24,13 +24,14 @@ const fn whole(config: Config) -> Config {
     Config { preempt: false, ..config }
 }
 
-const RULES: [(&str, Config); 6] = [
+const RULES: [(&str, Config); 7] = [
     ("paper: level-sum, level gate", whole(Config { gate: Gate::Level, ..LEVEL_SUM })),
     ("level-sum", whole(LEVEL_SUM)),
     ("path-proportional", whole(by_rule(DeadlineRule::PathProportional))),
     ("latest finish", whole(by_rule(DeadlineRule::LatestFinish))),
     ("latest start, level gate", whole(Config { gate: Gate::Level, ..LATEST_START })),
     (OURS, whole(REDRT)),
+    ("REDRT lookahead", whole(Config { gate: Gate::Lookahead, ..REDRT })),
 ];
 
 /// Cuts a schedule of [`OPTIMUM_NS`] on so many lanes into nodes, and keeps so many of the edges that it obeys.
@@ -100,7 +101,7 @@ pub(crate) fn run(run: &Run<'_>) -> Result<Table, PaperError> {
         let numbers = numbers.map(|ratios| Cell::from(Estimate::of(&ratios)));
         [Cell::from(*name)].into_iter().chain(numbers).collect()
     });
-    let ours = RULES.len() - 1;
+    let ours = RULES.iter().position(|(name, _)| *name == OURS).unwrap_or(0);
     let claims = LANES.iter().zip(MUST).map(|(lanes, must)| {
         let mean = Estimate::of(&of(*lanes, None, ours)).map_or(f64::INFINITY, |e| e.mean);
         Claim {

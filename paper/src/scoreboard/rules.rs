@@ -1,7 +1,9 @@
 //! The rules that are compared.
 
 use super::drive::{self, Case, Ends};
+use super::federated;
 use super::reference::{self, Key};
+use super::sets::Task;
 use red_core::{BestCase, Config, DeadlineRule, Gate, Reassign, Shed};
 
 /// A rule by its name in tables.
@@ -20,6 +22,8 @@ pub(crate) enum By {
     Scheduler(Config),
     /// One that is not ours.
     Reference(Key),
+    /// Nobody: a proof that holds without a schedule.
+    Proof(fn(&[Task], u64) -> bool),
 }
 
 const JOB_EDF: Config = Config { best_case: BestCase::Declared, preempt: true, ..Config::EDF };
@@ -46,7 +50,7 @@ pub(crate) const BASELINE: &str = "job-EDF";
 pub(crate) const OURS: &str = "REDRT";
 
 /// All rules, preemptive unless their names say otherwise.
-pub(crate) const RULES: [Rule; 17] = [
+pub(crate) const RULES: [Rule; 19] = [
     ours("paper: level-sum, level gate", Config { gate: Gate::Level, ..LEVEL_SUM }),
     theirs("level-equal", Key::LevelEqual),
     ours("level-Graham", by_rule(DeadlineRule::LevelGraham)),
@@ -57,22 +61,28 @@ pub(crate) const RULES: [Rule; 17] = [
     ours("latest finish", by_rule(DeadlineRule::LatestFinish)),
     ours("latest start", LATEST_START),
     ours(OURS, REDRT),
+    Rule { name: "federated: what is proved", by: By::Proof(federated::is_proved) },
     theirs("EDZL", Key::ZeroLaxity),
     theirs("LLF at events", Key::LeastLaxity),
     ours("latest start, level gate", Config { gate: Gate::Level, ..LATEST_START }),
     ours("latest start, lowest urgency shed", Config { shed: Shed::LowestUrgency, ..LATEST_START }),
     ours("job-EDF, non-preemptive", Config { preempt: false, ..JOB_EDF }),
     ours("REDRT, non-preemptive", Config { preempt: false, ..REDRT }),
+    ours("REDRT lookahead, non-preemptive", Config { preempt: false, gate: Gate::Lookahead, ..REDRT }),
     ours("paper, non-preemptive", Config { gate: Gate::Level, preempt: false, ..LEVEL_SUM }),
 ];
 
 impl Rule {
-    /// Runs a case on so many lanes; `None` where it is too large for the scheduler.
+    /// Runs a case on so many lanes; a proof has no jobs, and misses one where it fails. `None` where it is too large for
+    /// the scheduler.
     #[must_use]
     pub(crate) fn run(&self, case: &Case<'_>, lanes: u8) -> Option<Ends> {
         match self.by {
             By::Scheduler(config) => drive::drive(case, config.with_lanes(lanes)),
             By::Reference(key) => Some(reference::drive(case, key, lanes.into())),
+            By::Proof(is_proved) => {
+                Some(Ends { missed: u64::from(!is_proved(case.tasks, lanes.into())), ..Ends::default() })
+            }
         }
     }
 }

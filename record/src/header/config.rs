@@ -53,7 +53,7 @@ macro_rules! variants {
 variants! {
     WrittenRule of "DeadlineRule":
         EndToEnd LevelSum LevelGraham PathProportional LatestFinish LatestStart;
-    WrittenGate of "Gate": Precedence Level;
+    WrittenGate of "Gate": Precedence Level Lookahead;
     WrittenReassign of "Reassign": Never OnDispatch OnChange;
     WrittenShed of "Shed": Never LowestUrgency Hopeless;
     WrittenLate of "Late": Continue AbortJob;

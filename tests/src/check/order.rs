@@ -33,7 +33,9 @@ pub(super) fn check(facts: &Facts<'_>) -> Result<(), String> {
             continue;
         }
         let here: Vec<&Wait> = waits.iter().filter(|wait| wait.pool == pool).collect();
-        idle_lanes(facts, pool, &units, &here)?;
+        if facts.policy != Policy::RedrtLookahead {
+            idle_lanes(facts, pool, &units, &here)?;
+        }
         // Re-assigned keys do not show in the rows.
         if !facts.policy.reassigns() {
             starts_in_order(facts, pool, &units, &keys, &here)?;
@@ -144,7 +146,7 @@ fn keys(facts: &Facts<'_>, job: &JobFacts) -> Vec<i128> {
             let ends = level_offsets(&level_sums(&job.heights, &costs), deadline);
             job.heights.iter().map(|&height| i128::from(job.release) + i128::from(ends[height])).collect()
         }
-        Policy::Redrt => {
+        Policy::Redrt | Policy::RedrtLookahead => {
             let tails = job.graph.tails(&costs);
             (0..costs.len()).map(|v| due - i128::from(tails[v]) - i128::from(costs[v])).collect()
         }

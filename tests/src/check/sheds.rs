@@ -30,7 +30,7 @@ fn legal(facts: &Facts<'_>, job: &JobFacts, at: u64, reason: Reason) -> Result<(
     let policy = match reason {
         Reason::Full => true,
         Reason::Urgency => facts.policy == Policy::Red,
-        Reason::Hopeless | Reason::Overload => facts.policy == Policy::Redrt,
+        Reason::Hopeless | Reason::Overload => facts.policy.is_ours(),
     };
     ensure(policy, || format!("{}: not a reason of this policy", name()))?;
     ensure(job.release <= at && at < facts.horizon, || format!("{}: not in flight then", name()))?;

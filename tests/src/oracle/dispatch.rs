@@ -28,8 +28,15 @@ impl Sim<'_> {
             }
             self.barrier = None;
         }
-        for pool in 0..self.workload.pools.len() {
-            self.fill(pool, now);
+        self.wake = None;
+        let mut pool = 0;
+        while pool < self.workload.pools.len() {
+            if !self.start_one(pool, now) {
+                pool += 1;
+            } else if self.wake.take().is_some() {
+                // What starts in one pool may be what another one has to wait for.
+                pool = 0;
+            }
         }
     }
 
@@ -43,23 +50,28 @@ impl Sim<'_> {
         (0..self.workload.pools[pool].lanes).find(|&lane| !taken(lane))
     }
 
-    fn fill(&mut self, pool: usize, now: u64) {
-        while let Some(lane) = self.free_lane(pool) {
-            if self.queue(pool).is_empty() {
-                return;
-            }
-            self.reassign(now);
-            if let Some(pick) = self.pick(pool) {
-                if let Some(head) = pick.overtakes {
-                    self.note_overtaking(head);
-                }
-                self.start(pool, lane, pick.id, now);
-            } else if let Some(head) = self.make_room(pool) {
-                self.start(pool, lane, head, now);
-            } else {
-                return;
-            }
+    /// Starts one unit in the pool, if it has a free lane and something for it.
+    fn start_one(&mut self, pool: usize, now: u64) -> bool {
+        let Some(lane) = self.free_lane(pool) else { return false };
+        if self.queue(pool).is_empty() {
+            return false;
         }
+        self.reassign(now);
+        if let Some(until) = self.waits_until(pool, now) {
+            self.wake = Some(self.wake.map_or(until, |wake| wake.min(until)));
+            return false;
+        }
+        if let Some(pick) = self.pick(pool) {
+            if let Some(head) = pick.overtakes {
+                self.note_overtaking(head);
+            }
+            self.start(pool, lane, pick.id, now);
+        } else if let Some(head) = self.make_room(pool) {
+            self.start(pool, lane, head, now);
+        } else {
+            return false;
+        }
+        true
     }
 
     /// Keys of this instant, under the policies that re-assign.

@@ -16,7 +16,7 @@ pub(super) fn at_release(policy: Policy, graph: &Graph, now: u64, deadline: u64)
             let due = level_offsets(&level_sums(&heights, &costs), deadline);
             heights.iter().map(|&height| absolute(due[height])).collect()
         }
-        Policy::Redrt => {
+        Policy::Redrt | Policy::RedrtLookahead => {
             let tails = graph.tails(&costs);
             let key = |v: usize| absolute(deadline) - i128::from(tails[v]) - i128::from(costs[v]);
             (0..costs.len()).map(key).collect()

@@ -41,8 +41,16 @@ impl Sim<'_> {
         index.checked_mul(gap)?.checked_add(model.offset_ns)
     }
 
-    /// Takes the events of this instant and applies what need not wait: a task holds two versions.
-    pub(super) fn edit(&mut self, now: u64) {
+    /// When the next job of a task that has released one is due for release, and its graph as things are.
+    pub(super) fn expected_release(&self, task: usize) -> Option<(u64, Rc<Graph>)> {
+        let state = &self.tasks[task];
+        let at = self.next_release(task).filter(|_| state.released > 0)?;
+        Some((at, Rc::clone(&state.graph)))
+    }
+
+    /// Takes the events of this instant and applies what need not wait: a task holds two versions. Whether any was applied.
+    pub(super) fn edit(&mut self, now: u64) -> bool {
+        let mut any = false;
         for task in 0..self.tasks.len() {
             let state = &mut self.tasks[task];
             if state.taken.is_none_or(|taken| taken < now) {
@@ -60,8 +68,10 @@ impl Sim<'_> {
                 state.nodes = edited(&state.nodes, &events.iter().collect::<Vec<_>>());
                 state.graph = Rc::new(Graph::of(&state.nodes, self.policy.refines()));
                 state.version += 1;
+                any = true;
             }
         }
+        any
     }
 
     fn older_version_has_jobs(&self, task: usize) -> bool {

@@ -14,7 +14,9 @@ impl Sim<'_> {
         let busy =
             pools.into_iter().any(|pool| self.queue(pool).len() > QUEUE_MAX || self.is_saturated(pool, now));
         let overloaded = match self.policy {
-            Policy::Redrt => busy && self.jobs.iter().any(|job| is_lost_at_wcet(job, now)),
+            Policy::Redrt | Policy::RedrtLookahead => {
+                busy && self.jobs.iter().any(|job| is_lost_at_wcet(job, now))
+            }
             _ => busy,
         };
         self.over = if overloaded { self.over + 1 } else { 0 };
@@ -33,12 +35,12 @@ impl Sim<'_> {
 
     /// Gives up jobs, by the policy's rule.
     pub(super) fn shed(&mut self, now: u64, tick: bool) {
-        if self.policy == Policy::Redrt {
+        if self.policy.is_ours() {
             self.abort_hopeless(now);
         }
         if tick && self.over >= OVERLOAD_TICKS {
             match self.policy {
-                Policy::Redrt => self.drop_least_valuable(now),
+                Policy::Redrt | Policy::RedrtLookahead => self.drop_least_valuable(now),
                 _ => self.drop_least_urgent(now),
             }
         }

@@ -125,6 +125,35 @@ fn an_output_in_the_way_is_evicted_and_made_again() {
 }
 
 #[test]
+fn a_lane_waits_for_a_release_that_would_come_too_late_behind_the_head() {
+    let urgent = every(once("urgent", 3, vec![node("u", 2, &[])]), 10);
+    let long = at(once("long", 30, vec![node("l", 6, &[])]), 7);
+    let workload = workload(1, vec![urgent, long]);
+    let waits = ["urgent/0/u 0 0..2", "urgent/1/u 0 10..12", "long/0/l 0 12..18"];
+    assert_eq!(schedule(&workload, Policy::RedrtLookahead, 20), waits);
+    let goes = ["urgent/0/u 0 0..2", "long/0/l 0 7..13"];
+    assert_eq!(schedule(&workload, Policy::Redrt, 20), goes);
+}
+
+#[test]
+fn a_lane_waits_for_the_second_of_two_nodes_behind_one() {
+    let nodes = vec![node("a", 2, &[]), node("b", 6, &["a"]), node("c", 6, &["a"])];
+    let workload = workload(2, vec![once("fork", 9, nodes), once("long", 30, vec![node("l", 8, &[])])]);
+    let waits = ["fork/0/a 0 0..2", "fork/0/b 0 2..8", "fork/0/c 1 2..8", "long/0/l 0 8..16"];
+    assert_eq!(schedule(&workload, Policy::RedrtLookahead, 20), waits);
+    let goes = ["fork/0/a 0 0..2", "long/0/l 1 0..8", "fork/0/b 0 2..8"];
+    assert_eq!(schedule(&workload, Policy::Redrt, 20)[..3], goes);
+}
+
+#[test]
+fn a_head_that_would_be_late_does_not_wait() {
+    let urgent = every(once("urgent", 3, vec![node("u", 2, &[])]), 10);
+    let long = at(once("long", 10, vec![node("l", 6, &[])]), 7);
+    let goes = ["urgent/0/u 0 0..2", "long/0/l 0 7..13"];
+    assert_eq!(schedule(&workload(1, vec![urgent, long]), Policy::RedrtLookahead, 20), goes);
+}
+
+#[test]
 fn a_level_gate_holds_what_precedence_lets_go() {
     let nodes = vec![node("a", 1, &[]), node("b", 10, &[]), node("after-a", 2, &["a"])];
     let workload = workload(2, vec![once("t", 100, nodes)]);
