@@ -58,11 +58,9 @@ fn one(out: &mut String, compared: &Compared) {
 /// The change from the first policy to the last, and the paper's.
 fn change(compared: &Compared) -> Option<String> {
     let ((first, before), (last, after)) = (compared.values.first()?, compared.values.last()?);
-    let ours = (*before != 0.0).then(|| 100.0 * (after / before - 1.0));
-    let ours = match ours {
-        Some(percent) => format!("{} against {}: <b>{}</b>", html(last), html(first), percentage(percent)),
-        None => format!("{} against {}: no change in percent, {first} has none", html(last), html(first)),
-    };
+    // A change from nothing has no size.
+    let percent = (*before != 0.0).then(|| 100.0 * (after / before - 1.0))?;
+    let ours = format!("{} against {}: <b>{}</b>", html(last), html(first), percentage(percent));
     Some(match &compared.paper_percent {
         Some((percent, of)) => format!("{ours}; the paper, {}: {}", html(of), percentage(*percent)),
         None => ours,

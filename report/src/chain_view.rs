@@ -78,7 +78,7 @@ fn tried(out: &mut String, run: &Run) {
     if run.tried.is_empty() {
         return;
     }
-    out.push_str("<details class=\"plain\"><summary>What was tried, what changes least first</summary><div class=\"scroll\"><table><thead>\
+    out.push_str("<details class=\"tried\"><summary>What was tried, what changes least first</summary><div class=\"scroll\"><table><thead>\
                   <tr><th>single change</th><th class=\"n\">on time</th><th class=\"n\">missed</th><th class=\"n\">of the misses \
                   here, saved</th></tr></thead><tbody>");
     for tried in &run.tried {

@@ -119,9 +119,12 @@ fn one(body: &mut String, table: &Table) {
     body.push_str("</tr></thead><tbody>");
     let scales: Vec<f64> = table.columns.iter().map(|column| scale(table, column)).collect();
     for row in &table.rows {
+        // Some tables have the paper's values in rows of their own.
+        let is_paper =
+            matches!(row.first(), Some(Cell::Words(words)) if words == "paper" || words.ends_with(", paper"));
         body.push_str("<tr>");
         for ((cell, column), scale) in row.iter().zip(&table.columns).zip(&scales) {
-            self::cell(body, cell, column, *scale);
+            self::cell(body, cell, column.is_paper || is_paper, *scale);
         }
         body.push_str("</tr>");
     }
@@ -145,7 +148,7 @@ fn scale(table: &Table, column: &Column) -> f64 {
     })
 }
 
-fn cell(body: &mut String, cell: &Cell, column: &Column, scale: f64) {
+fn cell(body: &mut String, cell: &Cell, is_paper: bool, scale: f64) {
     let _infallible = match cell {
         Cell::Words(words) => write!(body, "<td>{}</td>", html(words)),
         Cell::Verdict(verdict) => write!(body, "<td>{}</td>", badge(verdict)),
@@ -153,7 +156,7 @@ fn cell(body: &mut String, cell: &Cell, column: &Column, scale: f64) {
         Cell::Number(text, Some((value, half))) => {
             let share =
                 |value: f64| if scale > 0.0 { (value / scale * 100.0).clamp(0.0, 100.0) } else { 0.0 };
-            let class = if column.is_paper { "k-paper" } else { "k-ours" };
+            let class = if is_paper { "k-paper" } else { "k-ours" };
             let (from, until) = (share(value.abs() - half), share(value.abs() + half));
             let whisker = if *half > 0.0 && until - from > 0.5 {
                 format!("<u style=\"left:{from:.1}%;width:{:.1}%\"></u>", until - from)

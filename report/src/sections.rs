@@ -67,7 +67,7 @@ fn row(out: &mut String, number: usize, Task { name, deadline_ns, figures, .. }:
     let bad = if *missed > 0 { " bad" } else { "" };
     let _infallible = write!(
         out,
-        "<tr><td><i class=\"dot c{}\"></i>{}</td><td class=\"n\">{released}</td><td class=\"n\">{on_time}</td>\
+        "<tr><td class=\"task\"><i class=\"dot c{}\"></i>{}</td><td class=\"n\">{released}</td><td class=\"n\">{on_time}</td>\
          <td class=\"n{bad}\">{missed}</td><td class=\"n\">{shed}{reasons}</td>",
         number % crate::overview::COLOURS,
         html(name)

@@ -3,7 +3,7 @@
 // pixel, so that a frame costs what the canvas is wide, not what the run is long.
 (() => {
   document.documentElement.classList.add("js");
-  const S = 9, J = 7, LANE = 34, JOB = 12, HEAD = 34, GAP = 8;
+  const S = 9, J = 7, LANE = 34, JOB = 12, HEAD = 46, GAP = 18;
 
   const units = [[1e9, "s"], [1e6, "ms"], [1e3, "µs"], [1, "ns"]];
   const time = (ns) => {
@@ -37,7 +37,7 @@
       byRow[firstRow[jobs[i]] + jobs[i + 6]].push(i);
       jobAt.set(jobs[i] + "/" + jobs[i + 1], i);
     }
-    const jobsTop = HEAD + byLane.length * (LANE + GAP) + GAP;
+    const jobsTop = HEAD + byLane.length * (LANE + GAP);
     const height = jobsTop + rows * JOB + data.tasks.length * 6 + 8;
     let [from, until] = data.window, width = 0, hold = null, drawing = 0, colours = {};
     let miss = data.misses.length ? nearest() : -1;
@@ -104,7 +104,7 @@
       pen.font = "12px " + colours.font;
       const each = step(until - from, Math.max(2, width / 110));
       for (let at = Math.ceil(from / each) * each; at <= until; at += each) {
-        fill(colours.line, x(at), HEAD - 6, x(at) + 1, height);
+        fill(colours.line, x(at), 17, x(at) + 1, height);
         const label = time(at);
         text(label, Math.min(x(at) + 4, width - 60), 12, 100, colours.quiet);
       }
@@ -137,7 +137,7 @@
           free = left + room + 10;
         }
       }
-      data.lanes.forEach((words, lane) => label(words, HEAD + lane * (LANE + GAP) - 3));
+      data.lanes.forEach((words, lane) => label(words, HEAD + lane * (LANE + GAP) - 2));
       said.textContent = time(from) + " to " + time(until);
       frame.style.left = from / end * 100 + "%";
       frame.style.width = (until - from) / end * 100 + "%";
@@ -153,7 +153,7 @@
       for (const list of byRow) for (let i = first(list, jobs, 2); i < list.length && jobs[list[i] + 2] <= until; i++) {
         const at = x(jobs[list[i] + 2]);
         if (width / (until - from) * (jobs[list[i] + 3] - jobs[list[i] + 2]) < 30) return;
-        fill(colours.line, at, jobsTop - GAP, at + 1, height);
+        fill(colours.line, at, jobsTop - 8, at + 1, height);
         last = at;
       }
     }
@@ -169,7 +169,7 @@
         if (right - left < 1.5 && Math.floor(left) === drawn) continue;
         drawn = Math.floor(left);
         const task = slices[i + 3], late = slices[i + 6] >= 0 && slices[i + 8] && finish > slices[i + 6];
-        pen.globalAlpha = slices[i + 8] ? 1 - slices[i + 5] % 4 * 0.14 : 0.35;
+        pen.globalAlpha = slices[i + 8] ? 1 - slices[i + 5] % 3 * 0.13 : 0.35;
         fill(colours.tasks[task % data.colours], left, above, right, below);
         pen.globalAlpha = 1;
         if (slices[i + 7] > 1 && right - left > 3) stripes(left, above, right, below);

@@ -2,8 +2,8 @@
 
 use crate::model::Run;
 
-/// So many of the longest deadline.
-const DEADLINES: u64 = 4;
+/// So many deadlines: of the task that is looked at, else the longest.
+const DEADLINES: u64 = 5;
 
 /// From and until: around the worst miss, else the first edit, else the beginning.
 pub(crate) fn window(run: &Run) -> (u64, u64) {
@@ -14,12 +14,13 @@ pub(crate) fn window(run: &Run) -> (u64, u64) {
     };
     let worst = run.misses.iter().max_by_key(late).and_then(|miss| {
         let job = run.job(miss.task, miss.job)?;
-        Some((job.release_ns, miss.until_ns.max(job.deadline_ns)))
+        let deadline_ns = run.tasks.get(miss.task).map_or(longest, |task| task.deadline_ns.max(1));
+        Some((job.release_ns, miss.until_ns.max(job.deadline_ns), deadline_ns))
     });
-    let edit = run.edits.first().map(|(at, _)| (*at, *at));
-    let (from, until) = worst.or(edit).unwrap_or((0, 0));
+    let edit = run.edits.first().map(|(at, _)| (*at, *at, longest));
+    let (from, until, deadline_ns) = worst.or(edit).unwrap_or((0, 0, longest));
     let wanted =
-        longest.saturating_mul(DEADLINES).max((until - from).saturating_mul(2)).min(run.end_ns.max(1));
+        longest.saturating_mul(DEADLINES).max((until - from).saturating_mul(4) / 3).min(run.end_ns.max(1));
     let before = (wanted - (until - from).min(wanted)) / 2;
     let from = from.saturating_sub(before).min(run.end_ns.saturating_sub(wanted));
     (from, from + wanted)
