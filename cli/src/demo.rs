@@ -6,6 +6,7 @@
 //! every call, and REDRT once per frame.
 
 pub(crate) mod models;
+mod page;
 pub(crate) mod scene;
 
 use crate::given_up::{GivenUp, legend};
@@ -34,7 +35,7 @@ pub(crate) struct Args {
     /// Time per policy.
     #[arg(long, value_name = "TIME", default_value = "10s", allow_hyphen_values = true, value_parser = options::duration_ns)]
     duration: u64,
-    /// Folder for the scene, its networks, the traces and the logs.
+    /// Folder for the scene, its networks, the traces, the logs and the report.
     #[arg(long, value_name = "FOLDER", default_value = "redrt-demo")]
     out: PathBuf,
     /// Print one JSON object.
@@ -98,13 +99,23 @@ pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
         files.extend(session.record.as_ref().map(ClosedLog::words));
     }
     files.push(format!("scene: {} (`redrt run` takes it)", scene.display()));
+    let report = args.out.join("report.html");
+    // Who stopped the runs does not wait for changes to be tried.
+    let written = page::write(&report, &sessions, signals.requested().is_none());
+    if written.is_ok() {
+        files.push(format!("report: {} (open it in a browser)", report.display()));
+    }
     if args.json {
         output::json(&Runs { runs: sessions.iter().map(|s| &s.summary).collect() })?;
+        if written.is_ok() {
+            output::note(&format!("report: {}", shown_path(&report)));
+        }
     } else {
         output::line(&text(&sessions, &files))?;
     }
     sessions.iter().try_for_each(|session| happened::went_on(&session.summary))?;
     sessions.iter().filter_map(|session| session.record.as_ref()).try_for_each(ClosedLog::is_whole)?;
+    written?;
     Ok(Answer::Yes)
 }
 

@@ -18,6 +18,7 @@ mod profile;
 mod progress;
 mod regular;
 mod replay;
+mod report;
 mod run;
 mod session;
 mod sim;
@@ -58,6 +59,7 @@ enum Command {
     Sim(sim::Args),
     Run(run::Args),
     Replay(replay::Args),
+    Report(report::Args),
     Profile(profile::Args),
     Doctor(doctor::Args),
     Paper(paper::Args),
@@ -76,6 +78,7 @@ fn main() -> ExitCode {
         Command::Sim(args) => sim::main(&args),
         Command::Run(args) => run::main(&args),
         Command::Replay(args) => replay::main(&args),
+        Command::Report(args) => report::main(&args),
         Command::Profile(args) => profile::main(&args),
         Command::Doctor(args) => doctor::main(&args),
         Command::Paper(args) => paper::main(&args),

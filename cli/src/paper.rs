@@ -1,15 +1,18 @@
 //! `redrt paper`: the paper's experiments, our numbers beside the paper's.
 
-mod real;
+mod page;
+pub(crate) mod real;
 
 use crate::options;
 use crate::outcome::{Answer, Failure};
 use crate::output;
+use crate::report::file;
 use crate::table::Table as Text;
 use crate::terminal;
 use red_paper::table::{Claim, Table};
 use red_paper::{EXPERIMENTS, Experiment, Group, PaperError, Run, markdown};
 use red_rt::stop::StopSignals;
+use red_workload::shown_path;
 use serde::Serialize;
 use std::io;
 use std::path::PathBuf;
@@ -43,6 +46,10 @@ pub(crate) struct Args {
     /// Folder for the workloads and networks of `real`.
     #[arg(long, value_name = "FOLDER", default_value = "redrt-demo")]
     out: PathBuf,
+    /// Write the tables as one HTML page, with bars; without a TABLE they go to redrt-paper.html unless told, but with
+    /// `--json` or `--markdown` only where told.
+    #[arg(long, value_name = "FILE")]
+    report: Option<PathBuf>,
     /// Print Markdown.
     #[arg(long, conflicts_with = "json")]
     markdown: bool,
@@ -51,10 +58,13 @@ pub(crate) struct Args {
     json: bool,
 }
 
+/// Where a run of all tables leaves its page.
+const PAGE: &str = "redrt-paper.html";
+
 #[derive(Serialize)]
-struct Tables {
+struct Tables<'a> {
     seeds: u64,
-    tables: Vec<Table>,
+    tables: &'a [Table],
 }
 
 /// Runs the experiments and prints their tables.
@@ -97,8 +107,19 @@ pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
 }
 
 fn print(args: &Args, tables: Vec<Table>) -> Result<(), Failure> {
+    let all = (args.table.is_none() && !args.json && !args.markdown).then(|| PathBuf::from(PAGE));
+    let place = args.report.clone().or(all);
+    let page = place.as_ref().map(|_| page::of(&tables, args.seeds)).transpose()?;
+    show(args, tables)?;
+    let (Some(place), Some(page)) = (place, page) else { return Ok(()) };
+    file::write(&place, &page, "--report")?;
+    output::note(&format!("report: {}", shown_path(&place)));
+    Ok(())
+}
+
+fn show(args: &Args, tables: Vec<Table>) -> Result<(), Failure> {
     if args.json {
-        output::json(&Tables { seeds: args.seeds, tables })
+        output::json(&Tables { seeds: args.seeds, tables: &tables })
     } else if args.markdown {
         output::line(&markdown::document(&tables, args.seeds))
     } else {

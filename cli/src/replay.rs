@@ -1,10 +1,10 @@
 //! `redrt replay`: a recorded run fed to the scheduler again.
 
 mod calls;
-mod figures;
+pub(crate) mod figures;
 mod names;
-mod refused;
-mod what_if;
+pub(crate) mod refused;
+pub(crate) mod what_if;
 
 use crate::outcome::{Answer, Failure};
 use crate::output;
@@ -14,8 +14,8 @@ use crate::session::Robot;
 use crate::table::time;
 use figures::Figures;
 use names::Names;
-use red_core::{Capacity, Empty, Instant, Scheduler, TaskId, UnitId};
-use red_record::{Broken, Difference, Entry, Header, LogError, Reader, Replay, replay};
+use red_core::{Capacity, Empty, Event, Instant, Scheduler, TaskId, UnitId};
+use red_record::{Broken, Difference, Entry, Header, LogError, Reader, Replay, replay_events};
 use red_sim::{Execution, Options, Past, Report, simulate_past};
 use red_workload::build::{self, Plan};
 use red_workload::model::Workload;
@@ -89,16 +89,16 @@ struct Both {
 }
 
 /// A log in a file.
-type Log = Reader<BufReader<File>>;
+pub(crate) type Log = Reader<BufReader<File>>;
 
 /// A log whose workload is set up again.
 pub(crate) struct Opened {
-    log: Log,
-    workload: Workload,
-    policy: Policy,
-    scheduler: Box<Scheduler<Robot>>,
-    plan: Plan<Robot>,
-    tasks: Vec<TaskId>,
+    pub(crate) log: Log,
+    pub(crate) workload: Workload,
+    pub(crate) policy: Policy,
+    pub(crate) scheduler: Box<Scheduler<Robot>>,
+    pub(crate) plan: Plan<Robot>,
+    pub(crate) tasks: Vec<TaskId>,
 }
 
 /// Replays and reports.
@@ -192,7 +192,7 @@ fn answer_what_if(
     Ok(Answer::Yes)
 }
 
-fn read(path: &Path) -> Result<Log, Refused> {
+pub(crate) fn read(path: &Path) -> Result<Log, Refused> {
     let refused = |e| Refused::by(path, &e);
     let unreadable = |e| refused(LogError::Read(e));
     let _or_missing = regular::exists(path).map_err(unreadable)?;
@@ -200,7 +200,7 @@ fn read(path: &Path) -> Result<Log, Refused> {
     Reader::new(BufReader::new(file)).map_err(refused)
 }
 
-fn set_up(path: &Path, log: Log) -> Result<Opened, Refused> {
+pub(crate) fn set_up(path: &Path, log: Log) -> Result<Opened, Refused> {
     let header = log.header();
     let of_other = |what: &str| Refused::new(path, "newer", format!("{what}; update the program"));
     let policy: Policy = header.policy.parse().map_err(|_| of_other("its policy is not known"))?;
@@ -218,13 +218,21 @@ fn set_up(path: &Path, log: Log) -> Result<Opened, Refused> {
 }
 
 impl Opened {
-    fn replay(&mut self, watch: impl FnMut(&Scheduler<Robot>, &Entry)) -> Result<Replay, Broken> {
+    fn replay(&mut self, mut watch: impl FnMut(&Scheduler<Robot>, &Entry)) -> Result<Replay, Broken> {
+        self.replay_events(|scheduler, entry, _| watch(scheduler, entry))
+    }
+
+    /// The same, with what the scheduler recorded at each entry.
+    pub(crate) fn replay_events(
+        &mut self,
+        watch: impl FnMut(&Scheduler<Robot>, &Entry, &[Event]),
+    ) -> Result<Replay, Broken> {
         let Self { log, scheduler, plan, tasks, .. } = self;
         let change = |scheduler: &mut Scheduler<Robot>, number: u32, now| {
             let change = plan.changes.get(number as usize).ok_or(red_core::CommitError::UnknownTask)?;
             build::apply(scheduler, change, tasks[change.task], now)
         };
-        replay(log, scheduler, change, watch)
+        replay_events(log, scheduler, change, watch)
     }
 }
 

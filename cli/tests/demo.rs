@@ -1,5 +1,7 @@
 //! `redrt demo` as a process: both policies do the same work, and sharing does not lose.
 
+#[path = "process/page.rs"]
+mod page;
 mod process;
 
 use process::{file, run};
@@ -9,6 +11,13 @@ use std::path::PathBuf;
 
 fn keys(value: &Value) -> Vec<&String> {
     value.as_object().expect("an object").keys().collect()
+}
+
+/// The first run of the demo whose tasks are others in its report.
+fn other_tasks(demo: &Value, report: &Value) -> Option<usize> {
+    let runs = |of: &Value| of["runs"].as_array().expect("runs").len();
+    assert_eq!((runs(demo), runs(report)), (2, 2));
+    (0..2).find(|run| demo["runs"][run]["tasks"] != report["runs"][run]["tasks"])
 }
 
 #[test]
@@ -48,6 +57,12 @@ fn both_policies_get_the_same_jobs_and_redrt_meets_no_fewer_deadlines() {
         let (status, said, err) = run(&["replay", log.to_str().unwrap()]);
         assert!(status == 0 && said.contains("no difference"), "{said}{err}");
     }
+
+    let told = page::data(&fs::read_to_string(out.join("report.html")).expect("the report"));
+    assert_eq!(other_tasks(&answer, &told), None, "{answer}\n{told}");
+    let mut planted = told;
+    planted["runs"][1]["tasks"][0]["response_ns"]["max"] = 1.into();
+    assert_eq!(other_tasks(&answer, &planted), Some(1), "a difference is found");
 
     let scene = out.join("demo.toml");
     let arguments = ["run", scene.to_str().unwrap(), "--best-effort", "--duration", "300ms", "--json"];

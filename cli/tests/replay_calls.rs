@@ -1,5 +1,7 @@
 //! `redrt replay` of logs that no `redrt run` wrote: a program set its scheduler up by calls on a `Recorder`.
 
+#[path = "process/page.rs"]
+mod page;
 mod process;
 #[path = "process/refused.rs"]
 mod refused;
@@ -72,6 +74,23 @@ fn recorded<C: Capacity>(name: &str, config: Config) -> String {
 fn report(log: &str) -> (i32, Value) {
     let (status, out, err) = run(&["replay", log, "--json"]);
     (status, serde_json::from_str(&out).unwrap_or_else(|e| panic!("{e}: {out}{err}")))
+}
+
+#[test]
+fn a_log_by_calls_has_a_report_with_numbers_for_names() {
+    let log = recorded::<Small>("report", CONFIG);
+    let (status, out, err) = run(&["report", &log, "--json"]);
+    assert_eq!(status, 0, "{err}");
+    let told: Value = serde_json::from_str(&out).expect("one JSON object");
+    let page = fs::read_to_string(log.replace(".redlog", ".html")).expect("the page");
+    assert_eq!(page::data(&page), told);
+    let tasks: Vec<(&Value, &Value)> =
+        told["tasks"].as_array().unwrap().iter().map(|task| (&task["name"], &task["released"])).collect();
+    assert_eq!(tasks, [(&"task-0".into(), &10.into()), (&"task-1".into(), &10.into())]);
+    assert_eq!(told["edits"][0]["change"], "task-0: +node-4");
+    let (_, out, _) = run(&["replay", &log, "--json"]);
+    let replayed: Value = serde_json::from_str(&out).expect("one JSON object");
+    assert_eq!((&replayed["equal"], &told["pools"][0]["lanes"]), (&true.into(), &2.into()));
 }
 
 #[test]

@@ -37,7 +37,7 @@ pub use error::{LogError, StartError};
 pub use header::{FORMAT, Header};
 pub use reader::Reader;
 pub use recorder::Recorder;
-pub use replay::{Broken, Difference, Replay, replay, replay_calls};
+pub use replay::{Broken, Difference, Replay, replay, replay_calls, replay_calls_events, replay_events};
 pub use started::{Members, Started};
 pub use tape::Tape;
 pub use totals::{Cut, Totals};

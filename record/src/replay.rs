@@ -7,7 +7,7 @@ use crate::header::Header;
 use crate::reader::Reader;
 use crate::started::Starts;
 use core::fmt;
-use red_core::{Capacity, CommitError, Dag, Duration, Instant, Scheduler, Timing};
+use red_core::{Capacity, CommitError, Dag, Duration, Event, Instant, Scheduler, Timing};
 use std::collections::VecDeque;
 use std::io::Read;
 
@@ -74,8 +74,21 @@ impl std::error::Error for Broken {
 pub fn replay<C: Capacity, R: Read>(
     log: &mut Reader<R>,
     scheduler: &mut Scheduler<C>,
-    mut change: impl FnMut(&mut Scheduler<C>, u32, Instant) -> Result<(), CommitError>,
+    change: impl FnMut(&mut Scheduler<C>, u32, Instant) -> Result<(), CommitError>,
     mut watch: impl FnMut(&Scheduler<C>, &Entry),
+) -> Result<Replay, Broken> {
+    replay_events(log, scheduler, change, |scheduler, entry, _| watch(scheduler, entry))
+}
+
+/// As [`replay`]; `watch` sees what the scheduler recorded at each entry, too.
+///
+/// # Errors
+/// As [`replay`].
+pub fn replay_events<C: Capacity, R: Read>(
+    log: &mut Reader<R>,
+    scheduler: &mut Scheduler<C>,
+    mut change: impl FnMut(&mut Scheduler<C>, u32, Instant) -> Result<(), CommitError>,
+    mut watch: impl FnMut(&Scheduler<C>, &Entry, &[Event]),
 ) -> Result<Replay, Broken> {
     let (found, expected) = (log.header().capacities, Header::capacities_of::<C>());
     if found != expected {
@@ -84,6 +97,7 @@ pub fn replay<C: Capacity, R: Read>(
     }
     let mut done = Replay { inputs: 0, actions: 0, difference: None };
     let mut before = VecDeque::with_capacity(CONTEXT);
+    let mut events = Vec::new();
     // Here there is time to ask for the members of every unit.
     let mut so_far = SoFar { starts: Starts::new(true), parts: Parts::default() };
     loop {
@@ -94,15 +108,18 @@ pub fn replay<C: Capacity, R: Read>(
         done.inputs += 1;
         let now = so_far.feed(scheduler, &entry, &mut change);
         let now = now.ok_or_else(|| Broken { error: log.no_graph(), inputs, actions })?;
-        // Nothing depends on them.
-        while scheduler.take_event().is_some() {}
+        // No answer depends on them.
+        events.clear();
+        while let Some(event) = scheduler.take_event() {
+            events.push(*event);
+        }
         if now != entry.answer {
             let before = before.into_iter().collect();
             done.difference = Some(Difference { input: done.inputs, before, recorded: entry, now });
             return Ok(done);
         }
         done.actions += u64::from(now.is_action());
-        watch(scheduler, &entry);
+        watch(scheduler, &entry, &events);
         if before.len() == CONTEXT {
             before.pop_front();
         }
@@ -118,12 +135,24 @@ pub fn replay<C: Capacity, R: Read>(
 pub fn replay_calls<C: Capacity, R: Read>(
     log: &mut Reader<R>,
     scheduler: &mut Scheduler<C>,
-    watch: impl FnMut(&Scheduler<C>, &Entry),
+    mut watch: impl FnMut(&Scheduler<C>, &Entry),
+) -> Result<Replay, Broken> {
+    replay_calls_events(log, scheduler, |scheduler, entry, _| watch(scheduler, entry))
+}
+
+/// As [`replay_calls`]; `watch` sees what the scheduler recorded at each entry, too.
+///
+/// # Errors
+/// As [`replay_calls`].
+pub fn replay_calls_events<C: Capacity, R: Read>(
+    log: &mut Reader<R>,
+    scheduler: &mut Scheduler<C>,
+    watch: impl FnMut(&Scheduler<C>, &Entry, &[Event]),
 ) -> Result<Replay, Broken> {
     let no_workload = Broken { error: LogError::NotByCalls, inputs: 0, actions: 0 };
     scheduler.configure(log.header().config.ok_or(no_workload)?);
     // Nobody knows what a number stands for.
-    replay(log, scheduler, |_, _, _| Err(CommitError::UnknownTask), watch)
+    replay_events(log, scheduler, |_, _, _| Err(CommitError::UnknownTask), watch)
 }
 
 /// What entries before the next one left.

@@ -35,7 +35,7 @@ const DEADLINE_PERCENT: u64 = 92;
 /// WCET over what was measured, in percent.
 const WCET_PERCENT: u64 = 140;
 /// RED against EDF in the paper (section 5.2): latency, misses, quality, in percent.
-const PAPER: [f64; 3] = [-24.7, -40.5, 34.8];
+pub(crate) const PAPER: [f64; 3] = [-24.7, -40.5, 34.8];
 
 /// One run's jobs of the pipeline.
 #[derive(Clone, Copy)]

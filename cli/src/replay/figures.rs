@@ -1,8 +1,7 @@
 //! What a replayed run was, in numbers, and what a simulation takes over from it.
 
 use super::Opened;
-use crate::session::Robot;
-use red_core::{CompleteError, Instant, Member, Scheduler, UnitId};
+use red_core::{Capacity, CompleteError, Instant, Member, Scheduler, UnitId};
 use red_record::{Answer, Call, Entry, Started};
 use red_sim::{Past, PoolMetrics, Report};
 use red_workload::build::Numbered;
@@ -11,19 +10,19 @@ use red_workload::model::Workload;
 use std::collections::HashMap;
 
 /// Follows a replay, and keeps every release, execution and end.
-pub(super) struct Figures {
-    pub(super) past: Past,
+pub(crate) struct Figures {
+    pub(crate) past: Past,
     logs: Vec<TaskLog>,
     deadlines_ns: Vec<u64>,
     nodes: Vec<Vec<Numbered>>,
     running: HashMap<UnitId, OnLane>,
     /// By lane.
-    busy_ns: [u64; 32],
-    nodes_missed: u64,
+    pub(crate) busy_ns: [u64; 32],
+    pub(crate) nodes_missed: u64,
     /// When the run ended.
-    pub(super) end: Instant,
+    pub(crate) end: Instant,
     /// Whether jobs were in flight then.
-    pub(super) left_open: bool,
+    pub(crate) left_open: bool,
 }
 
 /// A unit on its lane.
@@ -35,13 +34,13 @@ struct OnLane {
 }
 
 impl Figures {
-    pub(super) fn new(workload: &Workload, nodes: Vec<Vec<Numbered>>) -> Self {
-        let tasks = &workload.tasks;
+    /// Of a run without a workload: times of lanes, and nothing of tasks.
+    pub(crate) fn of_lanes() -> Self {
         Self {
-            past: Past::new(tasks.len()),
-            logs: vec![TaskLog::default(); tasks.len()],
-            deadlines_ns: tasks.iter().map(|task| task.deadline_ns).collect(),
-            nodes,
+            past: Past::new(0),
+            logs: Vec::new(),
+            deadlines_ns: Vec::new(),
+            nodes: Vec::new(),
             running: HashMap::new(),
             busy_ns: [0; 32],
             nodes_missed: 0,
@@ -50,8 +49,19 @@ impl Figures {
         }
     }
 
+    pub(crate) fn new(workload: &Workload, nodes: Vec<Vec<Numbered>>) -> Self {
+        let tasks = &workload.tasks;
+        Self {
+            past: Past::new(tasks.len()),
+            logs: vec![TaskLog::default(); tasks.len()],
+            deadlines_ns: tasks.iter().map(|task| task.deadline_ns).collect(),
+            nodes,
+            ..Self::of_lanes()
+        }
+    }
+
     /// The next entry, which was as recorded.
-    pub(super) fn watch(&mut self, scheduler: &Scheduler<Robot>, entry: &Entry) {
+    pub(crate) fn watch<C: Capacity>(&mut self, scheduler: &Scheduler<C>, entry: &Entry) {
         if self.past.is_cut() {
             return;
         }
@@ -136,7 +146,7 @@ impl Figures {
     }
 
     /// The run as `run --json` has it, as far as the scheduler knows: jobs that were released before `until`.
-    pub(super) fn report(&self, opened: &Opened, until: Instant) -> Report {
+    pub(crate) fn report(&self, opened: &Opened, until: Instant) -> Report {
         let Workload { tasks, pools, .. } = &opened.workload;
         let mut lanes = self.busy_ns.iter();
         let pools = pools.iter().map(|pool| PoolMetrics {

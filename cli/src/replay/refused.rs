@@ -11,7 +11,7 @@ use std::path::Path;
 
 /// Why a log cannot be replayed, or not to its end.
 #[derive(Serialize)]
-pub(super) struct Refused {
+pub(crate) struct Refused {
     /// The word that programs read.
     reason: &'static str,
     /// The sentence for people.
@@ -19,21 +19,21 @@ pub(super) struct Refused {
 }
 
 impl Refused {
-    pub(super) fn new(path: &Path, reason: &'static str, message: impl Display) -> Self {
+    pub(crate) fn new(path: &Path, reason: &'static str, message: impl Display) -> Self {
         Self { reason, message: format!("`{}`: {message}", shown_path(path)) }
     }
 
-    pub(super) fn by(path: &Path, error: &LogError) -> Self {
+    pub(crate) fn by(path: &Path, error: &LogError) -> Self {
         Self::new(path, error.name(), error)
     }
 
     /// After what comes before was fed.
-    pub(super) fn after(path: &Path, broken: &Broken) -> Self {
+    pub(crate) fn after(path: &Path, broken: &Broken) -> Self {
         Self::new(path, broken.error.name(), broken)
     }
 
     /// Says so: as JSON, if that was asked for, and to people.
-    pub(super) fn tell(self, json: bool, policy: Option<String>, broken: Option<&Broken>) -> Failure {
+    pub(crate) fn tell(self, json: bool, policy: Option<String>, broken: Option<&Broken>) -> Failure {
         let message = self.message.clone();
         let (inputs, actions) = broken.map_or((0, 0), |broken| (broken.inputs, broken.actions));
         let report = Compared { policy, inputs, actions, equal: None, difference: None, refused: Some(self) };

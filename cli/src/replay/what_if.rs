@@ -111,7 +111,7 @@ pub(super) fn apply(changes: &[Change], workload: &mut Workload, policy: &mut Po
 
 /// Until when a run of `duration_ns` that ended at `end_ns` is judged after a change of its workload: as it drains, unless
 /// it was stopped before. One that drained has waited for its jobs as long as the longest deadline, or until none was open.
-pub(super) fn horizon_ns(
+pub(crate) fn horizon_ns(
     duration_ns: u64,
     end_ns: u64,
     left_open: bool,

@@ -87,6 +87,11 @@ impl ClosedLog {
         })
     }
 
+    /// Where it is.
+    pub(crate) fn path(&self) -> &Path {
+        &self.path
+    }
+
     /// What became of it, in words.
     pub(crate) fn words(&self) -> String {
         let (Totals { entries, dropped, bytes, cut }, path) = (self.totals, shown_path(&self.path));

@@ -1,4 +1,5 @@
 use super::*;
+use crate::session::Robot;
 use red_core::{Action, Empty, LaneId};
 use red_workload::build;
 use red_workload::policy::Policy;
