@@ -7,9 +7,17 @@
 #![forbid(unsafe_code)]
 
 mod format;
+mod graph;
+mod inequality;
+mod rejected;
+mod rivals;
 mod set;
+mod verify;
+mod work;
 
 pub use format::{
     Certificate, ClusterProof, Guarantee, Keys, Proof, TaskProof, VERSION, Variant, VersionProof,
 };
+pub use rejected::Rejected;
 pub use set::{Cluster, Graph, Node, Set, Task};
+pub use verify::verify;
