@@ -186,3 +186,6 @@ impl Claim<'_> {
         if done > there_is { Ok(()) } else { Err(Rejected::Inequality { place: place(), done, there_is }) }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -6,6 +6,8 @@
 //! What a proof assumes of the dispatcher (M1 to M6 in `docs/admission.md`) nothing here can see; tests of the scheduler do.
 #![forbid(unsafe_code)]
 
+#[cfg(test)]
+mod by_hand;
 mod format;
 mod graph;
 mod inequality;

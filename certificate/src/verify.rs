@@ -238,3 +238,6 @@ fn same<T: PartialEq + Debug + ?Sized>(place: &str, expected: &T, stated: &T) ->
 fn differs(place: &str, expected: String, stated: String) -> Rejected {
     Rejected::Statement { place: place.to_owned(), expected, stated }
 }
+
+#[cfg(test)]
+mod tests;
