@@ -6,8 +6,11 @@ use crate::{
     VERSION, Variant, VersionProof, verify,
 };
 
-/// Chains, response times and proofs of the graphs of a task.
-pub(crate) type Claims<'a> = &'a [(&'a [usize], Option<(u64, Proof)>)];
+/// Chains, response time and proof of a graph.
+type Claim<'a> = (&'a [usize], Option<(u64, Proof)>);
+
+/// Those of the graphs of a task.
+pub(crate) type Claims<'a> = &'a [Claim<'a>];
 
 pub(crate) const ANY: Proof = Proof::A0 { keys: Keys::Any, variant: Variant::A };
 pub(crate) const KEY: Proof = Proof::A0 { keys: Keys::Key, variant: Variant::B };
@@ -50,7 +53,7 @@ pub(crate) fn certificate(set: &Set, claims: &[Claims<'_>]) -> Certificate {
         .iter()
         .zip(claims)
         .map(|(task, claims)| {
-            let version = |(graph, (chain_of, claim)): (&Graph, &(&[usize], Option<(u64, Proof)>))| {
+            let version = |(graph, (chain_of, claim)): (&Graph, &Claim<'_>)| {
                 let shape = Shape::of(graph, task.deadline_ns, set).expect("a graph");
                 VersionProof {
                     work_ns: shape.work as u64,
@@ -105,19 +108,24 @@ pub(crate) fn verdict(set: &Set, claims: &[(u64, Proof)]) -> Result<(), Rejected
     verify(&certificate(set, &claims), set)
 }
 
+/// An inequality does not hold.
 #[track_caller]
 pub(crate) fn is_false(verdict: Result<(), Rejected>) {
-    assert!(matches!(verdict, Err(Rejected::Inequality { .. })), "{verdict:?}");
+    let error = verdict.expect_err("accepted");
+    assert!(matches!(error, Rejected::Inequality { .. }), "{error:?}");
 }
 
+/// A test is named that needs this.
 #[track_caller]
 pub(crate) fn does_not_apply(verdict: Result<(), Rejected>, why: &str) {
-    assert!(matches!(&verdict, Err(Rejected::Test { needs, .. }) if needs.contains(why)), "{verdict:?}");
+    let error = verdict.expect_err("accepted");
+    assert!(matches!(&error, Rejected::Test { needs, .. } if needs.contains(why)), "{error:?}");
 }
 
+/// The message has this part, and what to do.
 #[track_caller]
 pub(crate) fn is_of(verdict: Result<(), Rejected>, part: &str) {
-    let text = verdict.as_ref().map_or_else(ToString::to_string, |()| "accepted".to_owned());
+    let text = verdict.expect_err(part).to_string();
     assert!(text.contains(part), "{text:?} is not about {part:?}");
     assert!(text.contains("make it anew") || text.contains("mended"), "{text}");
 }

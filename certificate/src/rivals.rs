@@ -89,9 +89,8 @@ impl Rivals<'_> {
         if keys == Keys::Key {
             constant += self.low(self.lanes, -1, &[]) + self.later(response, wait);
         }
-        let spare = (self.lanes << 32) - rate;
-        // Without spare time nothing closes. Where the product does not fit, the right side is far below it.
-        let left = if spare > 0 { begin.saturating_mul(spare) } else { i128::MIN };
+        // Without spare time this is not above zero, and the right side is. Where it does not fit, the right side is far below.
+        let left = begin.saturating_mul((self.lanes << 32) - rate);
         (left, (constant + own - self.lanes * wait) << 32)
     }
 

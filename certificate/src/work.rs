@@ -166,3 +166,6 @@ pub(crate) fn largest(mut numbers: Vec<(i128, i128)>, mut count: i128) -> Vec<(i
     numbers.retain(|(_, times)| *times > 0);
     numbers
 }
+
+#[cfg(test)]
+mod tests;

@@ -23,6 +23,10 @@ fn numbers_of_a_graph_are_those_on_paper() {
         certificate.tasks[0].versions[0];
     // The node of no cost counts as 1 in sums, and as none in its key.
     assert_eq!((work_ns, critical_path_ns, shortest_path_ns, hops, last_key_ns), (7, 5, 4, 3, 40));
+    let (set, _) = stated();
+    let shape = Shape::of(&set.tasks[0].versions[0], 40, &set).expect("a graph");
+    let keys: Vec<i128> = shape.nodes.iter().map(|node| node.key).collect();
+    assert_eq!(keys, [36, 38, 37, 40]);
 }
 
 #[test]
