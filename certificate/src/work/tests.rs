@@ -68,6 +68,14 @@ fn no_order_of_releases_brings_more_work_into_a_window_and_most_bounds_are_reach
 }
 
 #[test]
+fn the_last_job_does_no_more_than_the_rest_of_it() {
+    let load = load(&[&[6]], Some(10), 10);
+    assert_eq!([FAR, 2].map(|rest| load.inside(25, 15, 30, rest)), [12, 6 + 2]);
+    // Of the first one 5 are within the window where the last one comes at 15.
+    assert_eq!([FAR, 2].map(|rest| load.overlapping(25, 15, 30, rest)), [5 + 6 + 6, 5 + 6 + 2]);
+}
+
+#[test]
 fn other_jobs_of_a_task_are_counted_one_by_one() {
     let load = load(&[&[6]], Some(10), 25);
     // 15 and 5 of the time of two earlier jobs, 11 and 1 of that of two later ones.
