@@ -4,6 +4,7 @@
 //! nanoseconds; measures of time sets may be below zero, and hold nothing then.
 
 use crate::shape::{Part, Shape};
+use std::iter::repeat_n;
 
 /// A task as others in its cluster see it.
 #[derive(Clone, Copy, Debug)]
@@ -42,6 +43,12 @@ pub(crate) struct Window {
 }
 
 impl Other<'_> {
+    /// Jobs that may have work at the same time.
+    pub(crate) fn at_once(&self) -> usize {
+        let more = self.period.map_or(0, |period| (self.bound - 1).max(0) / period);
+        usize::try_from(more).unwrap_or(usize::MAX).saturating_add(1)
+    }
+
     /// Work of jobs that overlap the window, released no later than `z` after its start; the last has at most `last` of it.
     /// `None`: no such limit.
     pub(crate) fn carried(&self, w: Window, z: Option<i128>, last: Option<i128>) -> i128 {
@@ -145,14 +152,15 @@ impl Looked<'_> {
     }
 
     /// The `count` largest nodes of others whose keys are later than J's if their jobs are released before `before`; of one
-    /// task no more than it has chains.
+    /// job no more than it has chains. Where bounds exceed periods, several jobs of a task hold lanes by the same node.
     pub(crate) fn pick(&self, count: i128, before: i128) -> i128 {
         let count = usize::try_from(count.max(0)).unwrap_or(usize::MAX);
         let mut largest: Vec<i128> = Vec::new();
         for other in self.others {
             let low = other.part.nodes.iter().filter(|(key, _)| self.shape.last_key - key < before);
-            let at_once = count.min(other.part.chains.len());
-            largest.extend(low.take(at_once).map(|(_, cost)| *cost));
+            let jobs = other.at_once();
+            let at_once = count.min(jobs.saturating_mul(other.part.chains.len()));
+            largest.extend(low.flat_map(|(_, cost)| repeat_n(*cost, jobs)).take(at_once));
         }
         largest.sort_unstable_by(|a, b| b.cmp(a));
         largest.iter().take(count).sum()

@@ -287,7 +287,11 @@ impl Search {
             critical_path_ns: narrow(shape.longest),
             shortest_path_ns: narrow(shape.shortest),
             hops: narrow(shape.hops),
-            last_key_ns: i64::try_from(shape.last_key).unwrap_or(i64::MIN),
+            last_key_ns: i64::try_from(shape.last_key).unwrap_or(if shape.last_key < 0 {
+                i64::MIN
+            } else {
+                i64::MAX
+            }),
             chain_of: shape.chain_of.clone(),
             response_ns: found.map(|found| narrow(found.response())),
             proof: found.map(|found| self.proof(found)),

@@ -13,6 +13,7 @@
 
 use crate::interference::{Keys, Looked, Other, Window};
 use crate::shape::Part;
+use std::iter::repeat_n;
 
 /// How a bound of J's own work beside its critical chain is had.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -92,12 +93,12 @@ impl Single<'_> {
         (any, high)
     }
 
-    /// The largest nodes of J's own task that may run as those of a later job.
+    /// The largest nodes of J's own task that may run as those of later jobs.
     fn own_low(&self) -> i128 {
-        let Other { period, part, bound } = self.this;
-        let overlaps = period.is_some_and(|period| bound > period);
+        let jobs = self.this.at_once() - 1;
         let count = usize::try_from(self.looked.lanes - 1).unwrap_or(0);
-        if overlaps { part.nodes.iter().take(count).map(|(_, cost)| *cost).sum() } else { 0 }
+        let costs = self.this.part.nodes.iter().flat_map(|(_, cost)| repeat_n(*cost, jobs));
+        costs.take(count).sum()
     }
 
     /// The right side of A0.
