@@ -34,7 +34,7 @@ pub(crate) fn task(
 ) -> Task {
     let nodes: Vec<_> = costs.iter().map(|cost| (*cost, 0)).collect();
     let versions = vec![graph(&nodes, edges)];
-    Task { name: name.to_owned(), deadline_ns, period_ns: Some(period_ns), versions }
+    Task { name: name.to_owned(), deadline_ns, period_ns: Some(period_ns), versions, ..Task::default() }
 }
 
 pub(crate) fn set(lanes: &[u32], tasks: Vec<Task>) -> Set {

@@ -33,6 +33,9 @@ impl World<'_> {
         if let Proof::Several { keys, waits_ns } = claim.proof {
             return self.several(claim, *keys, waits_ns);
         }
+        if let Proof::Pools = claim.proof {
+            return self.pools(claim);
+        }
         let Some(cluster) = shape.only_cluster() else {
             return claim.refuse("all nodes of the graph in one cluster");
         };
@@ -42,7 +45,7 @@ impl World<'_> {
                 self.prefix(claim, cluster, *keys, *variant, segments_ns)
             }
             Proof::Paths { chains } => self.paths(claim, cluster, *chains),
-            Proof::Several { .. } => Ok(()),
+            Proof::Several { .. } | Proof::Pools => Ok(()),
         }
     }
 
@@ -86,15 +89,7 @@ impl World<'_> {
     }
 
     fn paths(&self, claim: &Claim<'_>, cluster: usize, beside: usize) -> Result<(), Rejected> {
-        let mut others = (0..self.set.tasks.len()).filter(|task| *task != claim.task);
-        if others.any(|task| self.is_in(task, cluster)) {
-            return claim.refuse("that no other task is in the cluster");
-        }
-        // The task's own jobs are apart if each ends before the next one may be released.
-        let own = &self.loads[claim.task][cluster];
-        if own.response > own.period() {
-            return claim.refuse("a response time of the task within its period");
-        }
+        self.is_alone(claim, cluster)?;
         let shape = &self.shapes[claim.task][claim.version];
         let lengths = &self.chains[claim.task][claim.version][cluster];
         let left = i128::from(self.set.clusters[cluster].lanes) - beside as i128;
@@ -106,6 +101,37 @@ impl World<'_> {
         }
         let rest = shape.work - lengths[..=beside].iter().sum::<i128>();
         claim.holds("chains alone", left * (claim.response - shape.longest) + 1, rest)
+    }
+
+    fn is_alone(&self, claim: &Claim<'_>, cluster: usize) -> Result<(), Rejected> {
+        let mut others = (0..self.set.tasks.len()).filter(|task| *task != claim.task);
+        if others.any(|task| self.is_in(task, cluster)) {
+            return claim.refuse("that no other task is in the cluster");
+        }
+        // The task's own jobs are apart if each ends before the next one may be released.
+        let own = &self.loads[claim.task][cluster];
+        if own.response > own.period() {
+            return claim.refuse("a response time of the task within its period");
+        }
+        Ok(())
+    }
+
+    fn pools(&self, claim: &Claim<'_>) -> Result<(), Rejected> {
+        let shape = &self.shapes[claim.task][claim.version];
+        let (mut widest, mut shares) = (1, 0);
+        for cluster in (0..self.set.clusters.len()).filter(|cluster| self.is_in(claim.task, *cluster)) {
+            self.is_alone(claim, cluster)?;
+            let here = shape.nodes.iter().filter(|node| node.cluster == cluster);
+            let work: i128 = here.map(|node| node.cost).sum();
+            let lanes = i128::from(self.set.clusters[cluster].lanes);
+            shares += (work + lanes - 1).div_euclid(lanes);
+            // A cluster that only other graphs of the task use makes the bound no smaller.
+            if work > 0 {
+                widest = lanes.max(widest);
+            }
+        }
+        let least = shape.longest * (widest - 1) / widest + 1 + shares;
+        claim.holds("pools alone", claim.response + 1, least)
     }
 
     fn several(&self, claim: &Claim<'_>, keys: Keys, waits_ns: &[u64]) -> Result<(), Rejected> {

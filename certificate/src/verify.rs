@@ -3,7 +3,7 @@
 use crate::graph::Shape;
 use crate::inequality::{Claim, World};
 use crate::work::Load;
-use crate::{Certificate, Guarantee, Rejected, Set, TaskProof, VERSION, VersionProof};
+use crate::{Certificate, Guarantee, Rejected, Set, Task, TaskProof, VERSION, VersionProof};
 use std::fmt::Debug;
 
 /// Whether a certificate proves what it states of this set. Times are in nanoseconds; it takes time linear in the
@@ -38,6 +38,7 @@ pub fn verify(certificate: &Certificate, set: &Set) -> Result<(), Rejected> {
     let shapes = shapes(set)?;
     tasks(certificate, set, &shapes)?;
     clusters(certificate, set)?;
+    partners(certificate, set)?;
     if certificate.tasks.iter().any(|task| task.response_ns.is_some()) {
         let chains = chains(certificate, set, &shapes)?;
         let bounds = bounds(certificate, set, &shapes)?;
@@ -142,9 +143,12 @@ fn clusters(certificate: &Certificate, set: &Set) -> Result<(), Rejected> {
         let in_it: Vec<usize> = (0..set.tasks.len()).filter(is_in).collect();
         let names: Vec<&String> = in_it.iter().map(|t| &set.tasks[*t].name).collect();
         same(&place("tasks"), &names, &proof.tasks.iter().collect())?;
-        let is_proved = in_it.iter().all(|t| certificate.tasks[*t].response_ns.is_some());
+        let is_proved = |t: usize| certificate.tasks[t].response_ns.is_some();
+        // Where a task without a proof gets behind, jobs of any other may be given up by choice.
+        let are_all = (0..set.tasks.len()).all(is_proved);
+        let is_proved = in_it.iter().all(|t| is_proved(*t) && (are_all || set.tasks[*t].is_kept));
         if is_proved != (proof.guarantee == Guarantee::Analytic) {
-            let expected = if is_proved { "Analytic" } else { "Empirical or BestEffort" };
+            let expected = if is_proved { "Analytic" } else { "BestEffort" };
             let stated = format!("{:?}", proof.guarantee);
             return Err(differs(&place("guarantee"), expected.to_owned(), stated));
         }
@@ -174,6 +178,25 @@ fn chains(
         chains.push(versions.map(|(shape, version)| of(shape, version, &place)).collect::<Result<_, _>>()?);
     }
     Ok(chains)
+}
+
+/// Whether nothing is stated to be proved of a task that waits for more than lanes, itself or by who shares a result with it.
+fn partners(certificate: &Certificate, set: &Set) -> Result<(), Rejected> {
+    for (task, proof) in
+        set.tasks.iter().zip(&certificate.tasks).filter(|(_, proof)| proof.response_ns.is_some())
+    {
+        let shares = |other: &Task| other.frames.iter().any(|frame| task.frames.contains(frame));
+        let open = set
+            .tasks
+            .iter()
+            .zip(&certificate.tasks)
+            .find(|(other, proof)| proof.response_ns.is_none() && shares(other));
+        if task.waits || open.is_some() {
+            let place = format!("response_ns of task {}", task.name);
+            return Err(differs(&place, "None".to_owned(), format!("{:?}", proof.response_ns)));
+        }
+    }
+    Ok(())
 }
 
 /// How long after its release a job of each task does anything; and whether all such jobs have room.

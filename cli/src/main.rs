@@ -25,6 +25,7 @@ mod sim;
 mod table;
 mod terminal;
 mod usage;
+mod verify;
 
 use clap::{Parser, Subcommand};
 use outcome::{Answer, Failure};
@@ -63,6 +64,7 @@ enum Command {
     Profile(profile::Args),
     Doctor(doctor::Args),
     Paper(paper::Args),
+    Verify(verify::Args),
 }
 
 fn main() -> ExitCode {
@@ -82,6 +84,7 @@ fn main() -> ExitCode {
         Command::Profile(args) => profile::main(&args),
         Command::Doctor(args) => doctor::main(&args),
         Command::Paper(args) => paper::main(&args),
+        Command::Verify(args) => verify::main(&args),
     };
     result.map_or_else(Failure::report, Answer::exit_code)
 }

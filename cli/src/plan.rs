@@ -6,12 +6,14 @@ use crate::outcome::{Answer, Failure};
 use crate::output;
 use crate::progress;
 use crate::terminal::{self, wrap};
+use red_certificate::Certificate;
 use red_sim::{Execution, Lab, Options, simulate};
 use red_workload::model::{Arrival, Workload};
-use red_workload::plan::{Admission, Guarantee, cures, plan};
+use red_workload::plan::{Admission, Guarantee, Plan, cures, plan};
 use red_workload::policy::Policy;
+use red_workload::shown_path;
 use std::io;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Shortest simulation that counts as evidence, unless it would be too long.
 const EVIDENCE_NS: u64 = 60_000_000_000;
@@ -27,6 +29,9 @@ Example:
 pub(crate) struct Args {
     /// Workload file, TOML or YAML.
     file: PathBuf,
+    /// Write the certificate to this file, for `redrt verify`.
+    #[arg(long, value_name = "FILE.json")]
+    certificate: Option<PathBuf>,
     /// Print one JSON object.
     #[arg(long)]
     json: bool,
@@ -35,16 +40,9 @@ pub(crate) struct Args {
 /// Plans and reports.
 pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
     let workload = red_workload::load(&args.file)?;
-    let mut plan = plan::<Lab>(&workload)?;
-    let mut why = Vec::new();
-    if plan.admission.fits && plan.admission.guarantee != Guarantee::Analytic {
-        match progress::during("simulating", || simulated(&workload))? {
-            Seen::OnTime => plan.admission.guarantee = Guarantee::Empirical,
-            Seen::TooLittle => plan.admission.guarantee = Guarantee::BestEffort,
-            Seen::Missed(missed) => {
-                why = missed.refuse(&mut plan.admission);
-            }
-        }
+    let (plan, mut why) = planned(&workload)?;
+    if let Some(path) = &args.certificate {
+        write(path, &plan.certificate)?;
     }
     if why.is_empty() {
         why = text::refusal(&plan, &cures::<Lab>(&workload, &plan));
@@ -57,6 +55,39 @@ pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
         output::line(&if terminal::moves(&io::stdout()) { wrapped(&text) } else { text })?;
     }
     Ok(Answer::of(plan.admission.fits))
+}
+
+/// A plan with the evidence of a simulation, and why it does not fit where only that shows it.
+fn planned(workload: &Workload) -> Result<(Plan, Vec<String>), Failure> {
+    let mut plan = progress::during("planning", || plan::<Lab>(workload))?;
+    let mut why = Vec::new();
+    if plan.admission.fits && plan.admission.guarantee != Guarantee::Analytic {
+        match progress::during("simulating", || simulated(workload))? {
+            Seen::OnTime => plan.admission.guarantee = Guarantee::Empirical,
+            Seen::TooLittle => plan.admission.guarantee = Guarantee::BestEffort,
+            Seen::Missed(missed) => {
+                why = missed.refuse(&mut plan.admission);
+            }
+        }
+    }
+    Ok((plan, why))
+}
+
+/// A plan as `--json` prints it.
+pub(crate) fn value(workload: &Workload) -> Result<serde_json::Value, Failure> {
+    let (plan, _) = planned(workload)?;
+    serde_json::to_value(&plan).map_err(|error| Failure::Machine(format!("cannot write the plan: {error}")))
+}
+
+fn write(path: &Path, certificate: &Certificate) -> Result<(), Failure> {
+    let cannot = |error: &dyn std::fmt::Display| {
+        Failure::Machine(format!(
+            "cannot write `{}`: {error}; choose another file with --certificate",
+            shown_path(path)
+        ))
+    };
+    let text = serde_json::to_string_pretty(certificate).map_err(|error| cannot(&error))?;
+    std::fs::write(path, text + "\n").map_err(|error| cannot(&error))
 }
 
 /// Prose for a terminal: broken between words. Tables stay whole.

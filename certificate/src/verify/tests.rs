@@ -6,6 +6,7 @@ use crate::{Proof, Rejected};
 fn stated() -> (Set, Certificate) {
     let mut diamond = task("diamond", 40, 100, &[1, 2, 3, 0], &[(0, 1), (0, 2), (1, 3), (2, 3)]);
     diamond.versions.push(graph(&[(4, 0)], &[]));
+    diamond.is_kept = true;
     let mut other = task("other", 10, 1_000, &[1], &[]);
     other.versions[0].nodes[0].cluster = 1;
     let set = set(&[2, 1], vec![diamond, other]);
@@ -68,7 +69,7 @@ fn whatever_is_stated_is_checked() {
         ("lanes of cluster", |c| c.clusters[0].lanes += 1),
         ("tasks of cluster", |c| c.clusters[0].tasks.clear()),
         ("tasks of cluster", |c| c.clusters[1].tasks.push("diamond".to_owned())),
-        ("guarantee of cluster", |c| c.clusters[0].guarantee = Guarantee::Empirical),
+        ("guarantee of cluster", |c| c.clusters[0].guarantee = Guarantee::BestEffort),
         ("guarantee of cluster", |c| c.clusters[1].guarantee = Guarantee::Analytic),
     ];
     for (place, change) in changes {
@@ -89,13 +90,34 @@ fn whatever_is_stated_is_checked() {
     let mut open = good.clone();
     open.sha256.replace_range(0..1, if open.sha256.starts_with('0') { "1" } else { "0" });
     is_of(verify(&open, &set), "sha256");
-    // What is as true as before: other names of chains, fewer nodes in one, a longer time, and what a simulation showed.
+    // What is as true as before: other names of chains, fewer nodes in one, and a longer time.
     let mut other = good;
     other.tasks[0].versions[0].chain_of = vec![9, 1, 9, 2];
     other.tasks[0].versions[0].response_ns = Some(20);
     other.tasks[0].response_ns = Some(20);
-    other.clusters[1].guarantee = Guarantee::Empirical;
     assert_eq!(verify(&sealed(other), &set), Ok(()));
+}
+
+/// Of a set that was changed, with the certificate for it.
+fn of_changed(change: fn(&mut Set)) -> Result<(), Rejected> {
+    let (mut set, mut certificate) = stated();
+    change(&mut set);
+    certificate.workload_sha256 = set.digest();
+    verify(&certificate.sealed(), &set)
+}
+
+#[test]
+fn who_waits_for_more_than_lanes_is_not_proved() {
+    assert_eq!(of_changed(|_| ()), Ok(()));
+    is_of(of_changed(|set| set.tasks[0].waits = true), "response_ns of task diamond");
+    let share = |set: &mut Set| set.tasks.iter_mut().for_each(|task| task.frames.push("w/f".to_owned()));
+    is_of(of_changed(share), "response_ns of task diamond");
+    assert_eq!(of_changed(|set| set.tasks[0].frames.push("w/f".to_owned())), Ok(()), "nobody else has it");
+}
+
+#[test]
+fn jobs_that_may_be_given_up_by_choice_have_no_guarantee_beside_a_task_without_proof() {
+    is_of(of_changed(|set| set.tasks[0].is_kept = false), "guarantee of cluster");
 }
 
 #[test]
