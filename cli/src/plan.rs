@@ -9,7 +9,7 @@ use crate::terminal::{self, wrap};
 use red_certificate::Certificate;
 use red_sim::{Execution, Lab, Options, simulate};
 use red_workload::model::{Arrival, Workload};
-use red_workload::plan::{Admission, Guarantee, Plan, cures, plan};
+use red_workload::plan::{Admission, Guarantee, Plan, cures, division, plan};
 use red_workload::policy::Policy;
 use red_workload::shown_path;
 use std::io;
@@ -60,6 +60,7 @@ pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
 /// A plan with the evidence of a simulation, and why it does not fit where only that shows it.
 fn planned(workload: &Workload) -> Result<(Plan, Vec<String>), Failure> {
     let mut plan = progress::during("planning", || plan::<Lab>(workload))?;
+    plan.division = progress::during("looking for a division", || division::<Lab>(workload, &plan))?;
     let mut why = Vec::new();
     if plan.admission.fits && plan.admission.guarantee != Guarantee::Analytic {
         match progress::during("simulating", || simulated(workload))? {

@@ -7,7 +7,7 @@ mod refusal;
 use process::{command, ended, file, run};
 use std::process::Stdio;
 
-const SUBCOMMANDS: [&str; 6] = ["demo", "plan", "sim", "run", "profile", "doctor"];
+const SUBCOMMANDS: [&str; 7] = ["demo", "plan", "verify", "sim", "run", "profile", "doctor"];
 
 const TIGHT: &str = r#"
 pool = [{ name = "gpu", lanes = 1 }]

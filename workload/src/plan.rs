@@ -5,6 +5,7 @@
 
 mod admission;
 mod cure;
+mod division;
 mod level_capacity;
 mod together;
 mod utilisation;
@@ -20,6 +21,7 @@ use serde::Serialize;
 
 pub use admission::{Admission, Certificate, Guarantee, Proof};
 pub use cure::{Cure, Stretch, cures};
+pub use division::{Divided, Division, division};
 
 /// A whole plan.
 #[derive(Clone, Debug, Serialize)]
@@ -33,6 +35,9 @@ pub struct Plan {
     pub scheduler_bytes: usize,
     /// What is proved of all tasks together; `redrt verify` checks it against the workload.
     pub certificate: red_certificate::Certificate,
+    /// Clusters that would prove more tasks, once somebody looked for some; see [`division`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub division: Option<Division>,
 }
 
 /// A task before its first event.
@@ -112,6 +117,7 @@ pub fn plan<C: Capacity>(workload: &Workload) -> Result<Plan, BuildError> {
         admission: admission::judge(workload, &pools, &versions, &certificate),
         scheduler_bytes: Scheduler::<C>::SIZE - Scheduler::<C>::RECORD_SIZE,
         certificate,
+        division: None,
     })
 }
 

@@ -14,6 +14,7 @@ pub(super) fn text(workload: &Workload, plan: &Plan, why: &[String]) -> String {
         .map(|(task, planned)| of_task(workload, task, planned))
         .collect();
     parts.push(pools(workload, plan).to_string());
+    parts.push(together(plan));
     parts.push(verdict(plan));
     parts.push(why.join("\n"));
     parts.retain(|part| !part.is_empty());
@@ -145,6 +146,38 @@ fn pools(workload: &Workload, plan: &Plan) -> Table {
         table.row([pool.name.clone(), pool.lanes.to_string(), budget, memory(largest), memory(all)]);
     }
     table
+}
+
+/// What is proved of all tasks together, and by which division more would be; nothing of a task that is alone anyway.
+fn together(plan: &Plan) -> String {
+    let tasks = &plan.certificate.tasks;
+    if tasks.len() < 2 {
+        return String::new();
+    }
+    let mut lines = vec!["all tasks together, for every offset and execution time:".to_owned()];
+    for task in tasks {
+        let slowest = task.versions.iter().find(|version| version.response_ns == task.response_ns);
+        let proof = slowest.and_then(|version| version.proof.as_ref());
+        lines.push(match task.response_ns.zip(proof) {
+            Some((ns, proof)) => {
+                format!(
+                    "  task `{}`: response <= {} by {}",
+                    task.name,
+                    Duration::from_nanos(ns),
+                    proof.name()
+                )
+            }
+            None => format!("  task `{}`: not proved", task.name),
+        });
+    }
+    if let Some(division) = &plan.division {
+        lines.push(format!(
+            "with these clusters {} of {} tasks are proved:\n{division}",
+            division.proved,
+            tasks.len()
+        ));
+    }
+    lines.join("\n").trim_end().to_owned()
 }
 
 fn verdict(plan: &Plan) -> String {
