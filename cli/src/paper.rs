@@ -79,7 +79,7 @@ pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
             output::note("stopped before the table was done");
             return Ok(Answer::No);
         };
-        print(args, vec![table])?;
+        print(args, &[table])?;
         return Ok(Answer::Yes);
     }
     let chosen = choose(args.table.as_deref())?;
@@ -102,14 +102,14 @@ pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
         let (done, all) = (tables.len(), chosen.len());
         output::note(&format!("stopped by {signal} after {done} of {all} tables"));
     }
-    print(args, tables)?;
+    print(args, &tables)?;
     Ok(Answer::of(is_whole))
 }
 
-fn print(args: &Args, tables: Vec<Table>) -> Result<(), Failure> {
+fn print(args: &Args, tables: &[Table]) -> Result<(), Failure> {
     let all = (args.table.is_none() && !args.json && !args.markdown).then(|| PathBuf::from(PAGE));
     let place = args.report.clone().or(all);
-    let page = place.as_ref().map(|_| page::of(&tables, args.seeds)).transpose()?;
+    let page = place.as_ref().map(|_| page::of(tables, args.seeds)).transpose()?;
     show(args, tables)?;
     let (Some(place), Some(page)) = (place, page) else { return Ok(()) };
     file::write(&place, &page, "--report")?;
@@ -117,11 +117,11 @@ fn print(args: &Args, tables: Vec<Table>) -> Result<(), Failure> {
     Ok(())
 }
 
-fn show(args: &Args, tables: Vec<Table>) -> Result<(), Failure> {
+fn show(args: &Args, tables: &[Table]) -> Result<(), Failure> {
     if args.json {
-        output::json(&Tables { seeds: args.seeds, tables: &tables })
+        output::json(&Tables { seeds: args.seeds, tables })
     } else if args.markdown {
-        output::line(&markdown::document(&tables, args.seeds))
+        output::line(&markdown::document(tables, args.seeds))
     } else {
         let parts: Vec<String> = tables.iter().map(text).collect();
         output::line(&parts.join("\n\n\n"))

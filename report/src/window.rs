@@ -19,8 +19,10 @@ pub(crate) fn window(run: &Run) -> (u64, u64) {
     });
     let edit = run.edits.first().map(|(at, _)| (*at, *at, longest));
     let (from, until, deadline_ns) = worst.or(edit).unwrap_or((0, 0, longest));
-    let wanted =
-        longest.saturating_mul(DEADLINES).max((until - from).saturating_mul(4) / 3).min(run.end_ns.max(1));
+    let wanted = deadline_ns
+        .saturating_mul(DEADLINES)
+        .max((until - from).saturating_mul(4) / 3)
+        .min(run.end_ns.max(1));
     let before = (wanted - (until - from).min(wanted)) / 2;
     let from = from.saturating_sub(before).min(run.end_ns.saturating_sub(wanted));
     (from, from + wanted)

@@ -19,7 +19,7 @@ impl ForClass for Followed<'_> {
         let Self { log, collector } = self;
         let mut scheduler: Box<Scheduler<C>> = Box::new(Scheduler::EMPTY);
         replay_calls_events(log, &mut scheduler, |scheduler, entry, events| {
-            collector.watch(scheduler, entry, events)
+            collector.watch(scheduler, entry, events);
         })
     }
 }

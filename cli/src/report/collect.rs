@@ -152,9 +152,9 @@ impl Collector {
         let deadline_ns = release_ns.saturating_add(self.run.tasks[task].deadline_ns);
         let log = &mut self.logs[task];
         if is_taken {
-            log.released(release_ns, deadline_ns)
+            log.released(release_ns, deadline_ns);
         } else {
-            log.refused(release_ns, deadline_ns)
+            log.refused(release_ns, deadline_ns);
         }
         self.run.jobs[task].push(Job {
             release_ns,

@@ -2,7 +2,14 @@ use super::*;
 use crate::model::{Graph, Hit, Lane, Node, Pool, Slice, Task};
 
 fn node(pool: usize, height: usize, after: &[usize]) -> Node {
-    Node { wcet_ns: 10, pool, height, rest_ns: 100 - 10 * height as u64, after: after.to_vec() }
+    Node {
+        wcet_ns: 10,
+        pool,
+        height,
+        rest_ns: 100 - 10 * height as u64,
+        after: after.to_vec(),
+        is_encoder: false,
+    }
 }
 
 fn slice(of: SubJob, lane: usize, start_ns: u64, end_ns: u64, unit: u64) -> Slice {

@@ -34,7 +34,7 @@ impl Rule {
         match policy {
             Policy::Edf => Self::Deadline,
             Policy::Redrt => Self::LatestStart,
-            Policy::RedFg | Policy::RedIda | Policy::Red => Self::Other,
+            Policy::RedFg | Policy::RedIda | Policy::Red | Policy::RedrtLookahead => Self::Other,
         }
     }
 }
