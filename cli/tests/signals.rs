@@ -106,7 +106,7 @@ fn a_signal_ends_the_demo_with_the_runs_so_far_and_nothing_stays_behind() {
     };
     assert_eq!(names(&folder), ["out"], "nothing is left elsewhere");
     let networks = ["control.onnx", "demo.toml", "detect.onnx"];
-    let rest = ["edf.redlog", "edf.trace.json", "encoder.onnx", "lane.onnx", "segment.onnx"];
+    let rest = ["edf.redlog", "edf.trace.json", "encoder.onnx", "lane.onnx", "report.html", "segment.onnx"];
     assert_eq!(names(&out), [&networks[..], &rest[..]].concat());
 }
 

@@ -1,6 +1,6 @@
 //! The experiments of the RED paper as data, and what becomes of its claims.
 //!
-//! Each experiment is a module with one function, from a [`Run`] to a [`Table`]: the paper's values, ours with their
+//! Each experiment is a module with one function, from a [`Run`] to a [`Table`](table::Table): the paper's values, ours with their
 //! confidence intervals, and the verdicts. Equal seeds give equal tables, whatever the number of CPUs.
 #![forbid(unsafe_code)]
 

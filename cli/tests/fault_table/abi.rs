@@ -290,14 +290,14 @@ fn row_46_numbers_outside_of_their_enumerations_are_told() {
         &mut *world;
     let opened = &raw mut *opened_scheduler;
     let at_memory = free_memory.at();
-    for preset in [5, u32::MAX] {
+    for preset in [6, u32::MAX] {
         assert_eq!(red_config_preset(preset, &raw mut *config), red_status::OutOfRange);
     }
     // Each field of a configuration that has fewer values than its bits.
     type Field = fn(&mut red_config) -> &mut u32;
     let fields: [(Field, u32); 12] = [
         (|c| &mut c.rule, 6),
-        (|c| &mut c.gate, 2),
+        (|c| &mut c.gate, 3),
         (|c| &mut c.reassign, 3),
         (|c| &mut c.refine, 2),
         (|c| &mut c.frame_cache, 2),

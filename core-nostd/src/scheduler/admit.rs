@@ -43,7 +43,7 @@ impl<C: Capacity> Scheduler<C> {
     pub(super) fn prove(&self, levels: &Levels<'_, C>, timing: &Timing) -> Certificate {
         let mut budgets = <C::Pools<Option<Bytes>>>::EMPTY;
         (0..C::POOLS).for_each(|p| budgets[p] = self.pools[p].limited.then_some(Bytes(self.pools[p].budget)));
-        let limit = timing.period.map_or(timing.deadline, |t| t.min(timing.deadline));
+        let limit = timing.period().map_or(timing.deadline, |t| t.min(timing.deadline));
         let lanes = self.lanes_by_pool();
         let proof = response_time(levels, limit, lanes.as_ref(), budgets.as_ref());
         let is_ahead = self.pools.as_ref().iter().any(|pool| pool.ahead);

@@ -80,7 +80,7 @@ impl<C: Capacity> Scheduler<C> {
             }
         }
         for task in self.tasks.as_ref().iter().filter(|task| task.admitted && task.next_job > 0) {
-            let Some(period) = task.timing.period else { continue };
+            let Some(period) = task.timing.period() else { continue };
             let (at, version) = (task.released.saturating_add(period).as_nanos(), task.newest());
             for rank in version.sources.and(&version.in_pool[pool]).iter() {
                 let cost = task.nodes[usize::from(version.order[rank])].cost();

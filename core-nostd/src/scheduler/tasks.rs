@@ -24,7 +24,8 @@ crate::capacity::stored! {
     #[derive(Clone, Copy, Debug)]
     pub struct Timing {
         pub(super) deadline: Duration,
-        pub(super) period: Option<Duration>,
+        /// 0 is none.
+        period: Duration,
         pub(super) value: u32,
         pub(super) floor: Floor,
     }
@@ -33,13 +34,17 @@ crate::capacity::stored! {
 impl Timing {
     /// Jobs due `deadline` after their release, at no declared rate, of value 1.
     pub const fn new(deadline: Duration) -> Self {
-        Self { deadline, period: None, value: 1, floor: Floor::EMPTY }
+        Self { deadline, period: Duration::ZERO, value: 1, floor: Floor::EMPTY }
     }
 
-    /// With a period, or a minimum inter-arrival time; admission uses it.
+    /// With a period, or a minimum inter-arrival time; admission uses it. One of 0 is none.
     #[must_use]
     pub const fn every(self, period: Duration) -> Self {
-        Self { period: Some(period), ..self }
+        Self { period, ..self }
+    }
+
+    pub(super) const fn period(&self) -> Option<Duration> {
+        if self.period.as_nanos() == 0 { None } else { Some(self.period) }
     }
 
     /// With a declared value: higher survives overload longer.
@@ -57,7 +62,7 @@ impl Timing {
     /// Deadline, period, value, and the floor's m and k as far back as it is kept.
     pub const fn parts(&self) -> (Duration, Option<Duration>, u32, [u8; 2]) {
         let Floor { window, allowed, .. } = self.floor;
-        (self.deadline, self.period, self.value, [window.saturating_sub(allowed), window])
+        (self.deadline, self.period(), self.value, [window.saturating_sub(allowed), window])
     }
 }
 

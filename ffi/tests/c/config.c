@@ -27,14 +27,15 @@ static void versions_and_sizes(void) {
 }
 
 static void presets(void) {
-    for (uint32_t which = RED_PRESET_EDF; which <= RED_PRESET_REDRT; which++) EXPECT(preset(which).lanes == 1);
+    for (uint32_t which = RED_PRESET_EDF; which <= RED_PRESET_REDRT_LOOKAHEAD; which++) EXPECT(preset(which).lanes == 1);
     EXPECT(preset(RED_PRESET_EDF).rule == RED_RULE_END_TO_END);
     EXPECT(preset(RED_PRESET_RED_FG).gate == RED_GATE_LEVEL);
+    EXPECT(preset(RED_PRESET_REDRT_LOOKAHEAD).gate == RED_GATE_LOOKAHEAD);
     EXPECT(preset(RED_PRESET_RED_IDA).reassign == RED_REASSIGN_ON_DISPATCH);
     EXPECT(preset(RED_PRESET_RED).shed == RED_SHEDDING_LOWEST_URGENCY);
     EXPECT(preset(RED_PRESET_REDRT).frame_cache == 1 && preset(RED_PRESET_REDRT).memory_bytes == RED_NONE_64);
     red_config config = RED_CONFIG_INIT;
-    CALL(RED_STATUS_OUT_OF_RANGE, red_config_preset, RED_PRESET_REDRT + 1, &config);
+    CALL(RED_STATUS_OUT_OF_RANGE, red_config_preset, RED_PRESET_REDRT_LOOKAHEAD + 1, &config);
     EXPECT(config.lanes == 0);
 }
 
@@ -83,7 +84,7 @@ static void fields(void) {
     REFUSED(RED_STATUS_NO_LANE, lanes, 0);
     REFUSED(RED_STATUS_POOLS_FULL, lanes, 33);
     REFUSED(RED_STATUS_OUT_OF_RANGE, rule, RED_RULE_LATEST_START + 1);
-    REFUSED(RED_STATUS_OUT_OF_RANGE, gate, RED_GATE_LEVEL + 1);
+    REFUSED(RED_STATUS_OUT_OF_RANGE, gate, RED_GATE_LOOKAHEAD + 1);
     REFUSED(RED_STATUS_OUT_OF_RANGE, reassign, RED_REASSIGN_ON_CHANGE + 1);
     REFUSED(RED_STATUS_OUT_OF_RANGE, refine, 2);
     REFUSED(RED_STATUS_OUT_OF_RANGE, frame_cache, 2);
