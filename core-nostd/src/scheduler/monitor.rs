@@ -95,12 +95,8 @@ impl<C: Capacity> Scheduler<C> {
     #[must_use]
     pub fn poll_at(&self) -> Option<Instant> {
         let late = self.slots().map(|slot| self.late_at(slot)).min();
-        self.tick_at()
-            .into_iter()
-            .chain(late)
-            .chain(Some(self.monitor.wake))
-            .min()
-            .filter(|at| *at < Instant::MAX)
+        let at = self.tick_at().into_iter().chain(late).min().unwrap_or(Instant::MAX).min(self.monitor.wake);
+        (at < Instant::MAX).then_some(at)
     }
 
     /// A job was released: `poll` may have to look earlier.
