@@ -12,7 +12,8 @@ use crate::values;
 use crate::world::{Kind, Open, Thing, World};
 
 /// The presets of the header.
-const PRESETS: [Config; 5] = [Config::EDF, Config::RED_FG, Config::RED_IDA, Config::RED, Config::REDRT];
+const PRESETS: [Config; 6] =
+    [Config::EDF, Config::RED_FG, Config::RED_IDA, Config::RED, Config::REDRT, Config::REDRT_LOOKAHEAD];
 
 impl World<'_> {
     pub(crate) fn twin(&mut self, at: usize) -> (&mut dyn Twin, &mut Stream) {
@@ -69,7 +70,7 @@ impl World<'_> {
     }
 
     pub(crate) fn any_config(&mut self) -> red_config {
-        let preset = PRESETS[self.choices.below(5)];
+        let preset = PRESETS[self.choices.below(PRESETS.len())];
         let mut config = values::of_config(&preset);
         config.lanes = 1 + self.choices.below(4) as u32;
         // Ticks as short as the runs, so that overload lasts.
@@ -87,7 +88,7 @@ impl World<'_> {
                 5 => config.memory_bytes = value.into(),
                 6 => config.shed = small,
                 7 => config.reassign = small,
-                8 => config.gate = small % 2,
+                8 => config.gate = small % 3,
                 9 => config.rule = u32::from(value % 6),
                 10 => config.overload_ticks = value.into(),
                 _ => config.merge_skew_ns = u64::from(value) * 100_000,
@@ -144,8 +145,9 @@ impl World<'_> {
 
 pub(crate) fn preset(w: &mut World<'_>) {
     w.begin("red_config_preset");
-    let preset = if w.choices.chance(40) { w.choices.number() as u32 } else { w.choices.below(5) as u32 };
-    if preset > 4 {
+    let preset =
+        if w.choices.chance(40) { w.choices.number() as u32 } else { w.choices.below(PRESETS.len()) as u32 };
+    if preset as usize >= PRESETS.len() {
         w.is_wrong(red_status::OutOfRange);
     }
     let out = w.out_growing();
