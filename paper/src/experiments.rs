@@ -14,7 +14,7 @@ mod ros2;
 mod worked_example;
 
 use crate::run::{PaperError, Run};
-use crate::scoreboard::{acceptance, makespan, mixes};
+use crate::scoreboard::{acceptance, admission, makespan, mixes, soundness};
 use crate::table::Table;
 
 /// What an experiment belongs to.
@@ -114,5 +114,17 @@ pub const EXPERIMENTS: &[Experiment] = &[
         what: "mixes of the paper's pipelines, step by step",
         group: Group::Scoreboard,
         run: mixes::run,
+    },
+    Experiment {
+        name: "admission",
+        what: "random DAG sets that are proved before they run",
+        group: Group::Scoreboard,
+        run: admission::run,
+    },
+    Experiment {
+        name: "admission-trial",
+        what: "what is proved, against the scheduler",
+        group: Group::Scoreboard,
+        run: soundness::run,
     },
 ];

@@ -1,6 +1,7 @@
 //! Policies beside each other, on workloads that are not the paper's.
 
 pub(crate) mod acceptance;
+pub(crate) mod admission;
 mod bound;
 mod drive;
 mod federated;
@@ -9,3 +10,4 @@ pub(crate) mod mixes;
 mod reference;
 mod rules;
 mod sets;
+pub(crate) mod soundness;

@@ -59,7 +59,7 @@ fn lanes_wait_under_lookahead_only() {
     });
     // Else the comparison above says nothing of it.
     let waited = waited.into_inner();
-    assert!(waited >= 10, "lanes waited in {waited} workloads");
+    assert!(waited > 0, "no lane waited");
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! How many random sets each rule schedules, beside what no scheduler can.
 
 use super::bound::is_possible;
-use super::drive::{Case, releases};
+use super::drive::{Case, World, releases};
 use super::rules::{BASELINE, OURS, RULES};
 use super::sets::{Family, Task, draw};
 use crate::rng::Rng;
@@ -83,7 +83,8 @@ fn score(point: &Point, utilisation: f64, sets: u64) -> Option<Scores> {
         let time = |task: usize, job: u64, node: usize| time(point, &tasks, &words, task, job, node);
         let best_percent = if point.is_varying { VARYING_FROM } else { 100 };
         let until_miss = utilisation < LOADED;
-        let case = Case { tasks: &tasks, releases: &releases, time: &time, best_percent, until_miss };
+        let world = World { releases: &releases, time: &time, until_miss };
+        let case = Case { tasks: &tasks, best_percent, world };
         scores.all += utilisation;
         if is_possible(&tasks, &releases, point.lanes.into()) {
             scores.possible += utilisation;

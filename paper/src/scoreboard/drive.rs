@@ -2,14 +2,16 @@
 
 use super::sets::{Board, Task};
 use crate::rng::Rng;
-use red_core::{Action, Config, Dispatch, Empty, Instant, JobId, NodeId, Outcome, Scheduler, TaskId, UnitId};
+use red_core::{
+    Action, Capacity, Config, Dispatch, Empty, Instant, JobId, NodeId, Outcome, Scheduler, TaskId, UnitId,
+};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 /// Longest periods of a run.
 const PERIODS: u64 = 3;
 
 /// What became of the jobs.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Ends {
     /// Jobs released.
     pub(crate) jobs: u64,
@@ -17,25 +19,35 @@ pub(crate) struct Ends {
     pub(crate) missed: u64,
     /// When the last one ended, in nanoseconds.
     pub(crate) last_end: u64,
+    /// Of each task: its longest response time, in nanoseconds, and jobs that missed.
+    pub(crate) by_task: Vec<(u64, u64)>,
 }
 
-/// What a run is.
+/// What is run.
+#[derive(Clone, Copy)]
 pub(crate) struct Case<'a> {
     /// The tasks.
     pub(crate) tasks: &'a [Task],
+    /// Shortest execution time of a node, in percent of its cost.
+    pub(crate) best_percent: u64,
+    /// What happens.
+    pub(crate) world: World<'a>,
+}
+
+/// When jobs are released, and how long their nodes take.
+#[derive(Clone, Copy)]
+pub(crate) struct World<'a> {
     /// Instants of release of each task, ascending, in nanoseconds.
     pub(crate) releases: &'a [Vec<u64>],
     /// Execution time of a node by task, job and number, in nanoseconds.
     pub(crate) time: &'a dyn Fn(usize, u64, usize) -> u64,
-    /// Shortest execution time of a node, in percent of its cost.
-    pub(crate) best_percent: u64,
     /// Whether it ends with the first miss.
     pub(crate) until_miss: bool,
 }
 
-struct Host<'a> {
-    case: &'a Case<'a>,
-    scheduler: Box<Scheduler<Board>>,
+struct Host<'a, C: Capacity> {
+    world: World<'a>,
+    scheduler: Box<Scheduler<C>>,
     tasks: Vec<TaskId>,
     next: Vec<usize>,
     /// By (finish, lane).
@@ -61,14 +73,21 @@ pub(crate) fn drive(case: &Case<'_>, config: Config) -> Option<Ends> {
     for task in case.tasks {
         tasks.push(scheduler.add_task(&task.graph.dag(case.best_percent)?, task.timing()).ok()?);
     }
-    let next = vec![0; tasks.len()];
-    let (running, suspended) = (BTreeMap::new(), HashMap::new());
-    let mut host = Host { case, scheduler, tasks, next, running, suspended, ends: Ends::default() };
-    host.run();
-    Some(host.ends)
+    Some(play(case.world, scheduler, tasks))
 }
 
-impl Host<'_> {
+/// Lets a world happen to the tasks of a scheduler.
+#[must_use]
+pub(crate) fn play<C: Capacity>(world: World<'_>, scheduler: Box<Scheduler<C>>, tasks: Vec<TaskId>) -> Ends {
+    let next = vec![0; tasks.len()];
+    let (running, suspended) = (BTreeMap::new(), HashMap::new());
+    let ends = Ends { by_task: vec![(0, 0); tasks.len()], ..Ends::default() };
+    let mut host = Host { world, scheduler, tasks, next, running, suspended, ends };
+    host.run();
+    host.ends
+}
+
+impl<C: Capacity> Host<'_, C> {
     fn run(&mut self) {
         while let Some(now) = self.next_instant() {
             self.complete(now);
@@ -82,14 +101,14 @@ impl Host<'_> {
                     _ => {}
                 }
             }
-            if self.case.until_miss && self.ends.missed > 0 {
+            if self.world.until_miss && self.ends.missed > 0 {
                 return;
             }
         }
     }
 
     fn next_release(&self, task: usize) -> Option<u64> {
-        self.case.releases[task].get(self.next[task]).copied()
+        self.world.releases[task].get(self.next[task]).copied()
     }
 
     fn next_instant(&self) -> Option<u64> {
@@ -117,6 +136,7 @@ impl Host<'_> {
                 self.ends.jobs += 1;
                 if self.scheduler.release(self.tasks[task], Instant::from_nanos(now)).is_err() {
                     self.ends.missed += 1;
+                    self.ends.by_task[task].1 += 1;
                 }
             }
         }
@@ -127,7 +147,7 @@ impl Host<'_> {
         let time = self
             .suspended
             .remove(&(first.job, first.node))
-            .unwrap_or_else(|| (self.case.time)(first.task.index(), first.index, first.node.index()));
+            .unwrap_or_else(|| (self.world.time)(first.task.index(), first.index, first.node.index()));
         let unit = Unit { unit: started.unit, job: first.job, node: first.node };
         self.running.insert((now + time, started.lane.index()), unit);
     }
@@ -141,7 +161,15 @@ impl Host<'_> {
     }
 
     fn ended(&mut self, outcome: &Outcome) {
-        self.ends.missed += u64::from(!outcome.on_time());
+        let missed = u64::from(!outcome.on_time());
+        self.ends.missed += missed;
+        if let Some(task) = self.tasks.iter().position(|task| *task == outcome.task) {
+            let (longest, misses) = &mut self.ends.by_task[task];
+            *misses += missed;
+            if outcome.shed.is_none() {
+                *longest = (*longest).max(outcome.at.since(outcome.release).as_nanos());
+            }
+        }
         self.ends.last_end = self.ends.last_end.max(outcome.at.as_nanos());
         if outcome.shed.is_some() {
             self.suspended.retain(|(job, _), _| *job != outcome.job);

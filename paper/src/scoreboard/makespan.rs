@@ -1,6 +1,6 @@
 //! One graph whose optimum is known, because it was cut out of a schedule without idle time.
 
-use super::drive::{Case, drive};
+use super::drive::{Case, World, drive};
 use super::rules::{LATEST_START, LEVEL_SUM, OURS, REDRT, by_rule};
 use super::sets::{Graph, Task};
 use crate::rng::Rng;
@@ -66,8 +66,8 @@ fn ratios(graph: &Graph, lanes: u8) -> Option<[f64; RULES.len()]> {
     let task = Task { graph: graph.clone(), period_ns: 4 * OPTIMUM_NS, deadline_ns: 4 * OPTIMUM_NS };
     let time = |_, _, node: usize| graph.costs[node];
     let tasks = [task];
-    let case =
-        Case { tasks: &tasks, releases: &[vec![0]], time: &time, best_percent: 100, until_miss: false };
+    let world = World { releases: &[vec![0]], time: &time, until_miss: false };
+    let case = Case { tasks: &tasks, best_percent: 100, world };
     let mut ratios = [0.0; RULES.len()];
     for ((_, config), ratio) in RULES.iter().zip(&mut ratios) {
         *ratio = drive(&case, config.with_lanes(lanes))?.last_end as f64 / OPTIMUM_NS as f64;

@@ -40,7 +40,7 @@ struct Shape {
 pub(crate) fn drive(case: &Case<'_>, key: Key, lanes: usize) -> Ends {
     let shapes: Vec<Shape> = case.tasks.iter().map(|task| Shape::of(&task.graph, task.deadline_ns)).collect();
     let mut pending: Vec<(u64, usize, u64)> = Vec::new();
-    for (task, releases) in case.releases.iter().enumerate() {
+    for (task, releases) in case.world.releases.iter().enumerate() {
         pending.extend(releases.iter().enumerate().map(|(index, at)| (*at, task, index as u64)));
     }
     pending.sort_unstable();
@@ -83,7 +83,7 @@ pub(crate) fn drive(case: &Case<'_>, key: Key, lanes: usize) -> Ends {
             }
             !is_done
         });
-        if case.until_miss && (ends.missed > 0 || jobs.iter().any(|job| job.deadline < now)) {
+        if case.world.until_miss && (ends.missed > 0 || jobs.iter().any(|job| job.deadline < now)) {
             ends.missed = ends.missed.max(1);
             return ends;
         }
@@ -110,7 +110,7 @@ impl<'a> Job<'a> {
     fn released(case: &Case<'_>, shape: &'a Shape, task: usize, index: u64, at: u64) -> Self {
         // A node that takes no time would never be ready to end: it takes a nanosecond here.
         let node = |n: usize| {
-            let (left, waits_for) = ((case.time)(task, index, n).max(1), shape.indegree[n]);
+            let (left, waits_for) = ((case.world.time)(task, index, n).max(1), shape.indegree[n]);
             Node { left, wcet_left: shape.graph.costs[n].max(left), waits_for }
         };
         let nodes = (0..shape.graph.costs.len()).map(node).collect();

@@ -181,7 +181,7 @@ pub(crate) fn draw(rng: &mut Rng, family: Family, lanes: u64, utilisation: f64, 
 }
 
 /// Bini and Buttazzo: Measuring the performance of schedulability tests, 2005.
-fn uunifast(rng: &mut Rng, count: usize, sum: f64) -> Vec<f64> {
+pub(super) fn uunifast(rng: &mut Rng, count: usize, sum: f64) -> Vec<f64> {
     let mut left = sum;
     let mut shares = Vec::with_capacity(count);
     for nth in 1..count {
