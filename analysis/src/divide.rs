@@ -2,13 +2,16 @@
 //!
 //! *Background.* In a cluster nobody else's jobs carry in, and on one lane nothing carries in at all, so clusters are proved far
 //! more often than the pool as a whole; what idle lanes of others could have done is lost.
-//! *Rule.* Of a pool whose tasks are nowhere else: tasks by density W / D, the densest first, each into the first cluster that
-//! is still proved with it; else into a new one of the fewest lanes that prove it; else into the one that then needs the fewest
-//! lanes more. Lanes that are left go to the first. *Why it holds.* Whatever it gives is proved again as a whole.
+//! *Rule.* Of a pool whose tasks are nowhere else: tasks by density W / D, the densest first. Spread: each into the cluster with the
+//! least load, a new one of one lane before all others, that is still proved with it; else a new one of the fewest lanes that
+//! prove it; else the one that then needs the fewest lanes more. Where that proves not all, packed: the same, but the first
+//! cluster that is proved with it, and a new one after all others. Lanes that are left go where the proof stays, one by one,
+//! and else stay idle in a cluster of their own: more lanes let in more nodes of lower rank.
+//! *Why it holds.* Whatever it gives is proved again as a whole.
 //! *Paper reference.* Federated and partitioned scheduling in one form: Li et al. 2014, Baruah 2015.
 
 use crate::prove::prove;
-use red_certificate::{Certificate, Cluster, Set, Task};
+use red_certificate::{Certificate, Cluster, Graph, Set, Task};
 use std::cmp::Reverse;
 
 /// The set under another division that proves more tasks, with its certificate; `None` where none was found. Time bound: as
@@ -27,17 +30,41 @@ pub fn divide(set: &Set, proved: &Certificate) -> Option<(Set, Certificate)> {
     let divided =
         pools.iter().fold(set.clone(), |divided, pool| divide_pool(&divided, pool).unwrap_or(divided));
     let certificate = prove(&divided);
-    let count = |of: &Certificate| of.tasks.iter().filter(|task| task.response_ns.is_some()).count();
     (count(&certificate) > count(proved)).then_some((divided, certificate))
 }
 
-/// A new cluster: its lanes and tasks.
-type New = (u32, Vec<usize>);
+fn count(certificate: &Certificate) -> usize {
+    certificate.tasks.iter().filter(|task| task.response_ns.is_some()).count()
+}
 
-fn divide_pool(set: &Set, pool: &str) -> Option<Set> {
-    let is_here = |cluster: usize| set.clusters[cluster].pool == pool;
-    let lanes: u32 =
-        set.clusters.iter().filter(|cluster| cluster.pool == pool).map(|cluster| cluster.lanes).sum();
+/// A new cluster.
+#[derive(Clone, Debug, Default)]
+struct New {
+    lanes: u32,
+    tasks: Vec<usize>,
+}
+
+/// Which clusters are tried first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Order {
+    /// Those with the least load for each lane.
+    Spread,
+    /// Those that were there first.
+    Packed,
+}
+
+/// A pool that is being divided.
+struct Pool<'a> {
+    set: &'a Set,
+    name: &'a str,
+    lanes: u32,
+    /// The densest first.
+    tasks: Vec<usize>,
+}
+
+fn divide_pool(set: &Set, name: &str) -> Option<Set> {
+    let is_here = |cluster: usize| set.clusters[cluster].pool == name;
+    let lanes = set.clusters.iter().filter(|cluster| cluster.pool == name).map(|cluster| cluster.lanes).sum();
     let clusters_of = |task: &Task| -> Vec<usize> {
         task.versions.iter().flat_map(|graph| &graph.nodes).map(|node| node.cluster).collect()
     };
@@ -47,55 +74,97 @@ fn divide_pool(set: &Set, pool: &str) -> Option<Set> {
     if lanes < 2 || tasks.len() < 2 || !tasks.iter().all(only_here) {
         return None;
     }
-    // W / D in millionths: as exact as an order needs.
-    let density = |i: &usize| {
-        let task = &set.tasks[*i];
-        let work =
-            |graph: &red_certificate::Graph| graph.nodes.iter().map(|node| u128::from(node.cost_ns)).sum();
-        let work: u128 = task.versions.iter().map(work).max().unwrap_or(0);
-        work * 1_000_000 / u128::from(task.deadline_ns.max(1))
+    tasks.sort_by_key(|i| Reverse(millionths(&set.tasks[*i], set.tasks[*i].deadline_ns)));
+    let pool = Pool { set, name, lanes, tasks };
+    let of = |order| {
+        let divided = with_clusters(set, name, &pool.divided(order));
+        let proved = count(&prove(&divided));
+        (divided, proved)
     };
-    tasks.sort_by_key(|i| Reverse(density(i)));
-    let (mut clusters, mut free, mut left): (Vec<New>, u32, Vec<usize>) = (Vec::new(), lanes, Vec::new());
-    for task in tasks {
-        match place(set, pool, &clusters, free, task) {
-            Some((at, more)) => {
-                free -= more;
-                if at == clusters.len() {
-                    clusters.push((0, Vec::new()));
-                }
-                clusters[at].0 += more;
-                clusters[at].1.push(task);
-            }
-            None => left.push(task),
-        }
+    let (spread, proved) = of(Order::Spread);
+    if proved == set.tasks.len() {
+        return Some(spread);
     }
-    match (clusters.first_mut(), left.is_empty()) {
-        (Some(first), true) => first.0 += free,
-        // What cannot be proved anywhere has lanes of its own, as far as there are some.
-        (_, false) if free > 0 => clusters.push((free, left)),
-        (_, false) => clusters.last_mut()?.1.extend(left),
-        (None, true) => return None,
-    }
-    Some(with_clusters(set, pool, &clusters))
+    let (packed, more) = of(Order::Packed);
+    Some(if more > proved { packed } else { spread })
 }
 
-/// Where a task goes, and how many lanes more that takes.
-fn place(set: &Set, pool: &str, clusters: &[New], free: u32, task: usize) -> Option<(usize, u32)> {
-    let is_proved = |(lanes, tasks): &New, more: u32| {
-        let tasks: Vec<usize> = tasks.iter().copied().chain([task]).collect();
-        prove(&alone(set, pool, lanes + more, &tasks)).is_analytic()
-    };
-    let as_it_is = clusters.iter().position(|cluster| is_proved(cluster, 0));
-    if let Some(at) = as_it_is {
-        return Some((at, 0));
+/// Work over so much time, in millionths: as exact as an order needs.
+fn millionths(task: &Task, time_ns: u64) -> u128 {
+    let work = |graph: &Graph| graph.nodes.iter().map(|node| u128::from(node.cost_ns)).sum::<u128>();
+    task.versions.iter().map(work).max().unwrap_or(0) * 1_000_000 / u128::from(time_ns.max(1))
+}
+
+impl Pool<'_> {
+    fn divided(&self, order: Order) -> Vec<New> {
+        let (mut clusters, mut free, mut left): (Vec<New>, u32, Vec<usize>) =
+            (Vec::new(), self.lanes, Vec::new());
+        for task in &self.tasks {
+            match self.place(order, &clusters, free, *task) {
+                Some((at, more)) => {
+                    free -= more;
+                    if at == clusters.len() {
+                        clusters.push(New::default());
+                    }
+                    clusters[at].lanes += more;
+                    clusters[at].tasks.push(*task);
+                }
+                None => left.push(*task),
+            }
+        }
+        if left.is_empty() {
+            self.widen(&mut clusters, &mut free);
+        }
+        // What cannot be proved anywhere has lanes of its own, as far as there are some.
+        match clusters.last_mut() {
+            Some(last) if free == 0 => last.tasks.extend(left),
+            _ => clusters.push(New { lanes: free, tasks: left }),
+        }
+        clusters
     }
-    let mut wider = (1..=free).flat_map(|more| {
-        let new = [(clusters.len(), (0, Vec::new()))];
-        let there = clusters.iter().cloned().enumerate();
-        new.into_iter().chain(there).map(move |(at, cluster): (usize, New)| (at, cluster, more))
-    });
-    wider.find(|(_, cluster, more)| is_proved(cluster, *more)).map(|(at, _, more)| (at, more))
+
+    /// Where a task goes, and how many lanes more that takes.
+    fn place(&self, order: Order, clusters: &[New], free: u32, task: usize) -> Option<(usize, u32)> {
+        let new = clusters.len();
+        let mut as_it_is: Vec<(usize, u32)> = (0..new).map(|at| (at, 0)).collect();
+        if order == Order::Spread {
+            as_it_is.sort_by_key(|(at, _)| self.load(&clusters[*at]) / u128::from(clusters[*at].lanes));
+            as_it_is.splice(0..0, (free > 0).then_some((new, 1)));
+        }
+        let wider = (1..=free).flat_map(|more| [new].into_iter().chain(0..new).map(move |at| (at, more)));
+        as_it_is.into_iter().chain(wider).find(|(at, more)| {
+            let mut cluster = clusters.get(*at).cloned().unwrap_or_default();
+            cluster.lanes += more;
+            cluster.tasks.push(task);
+            self.is_proved(&cluster)
+        })
+    }
+
+    /// Gives lanes to clusters that are proved with them.
+    fn widen(&self, clusters: &mut [New], free: &mut u32) {
+        for cluster in clusters {
+            while *free > 0 {
+                let wider = New { lanes: cluster.lanes + 1, ..cluster.clone() };
+                if !self.is_proved(&wider) {
+                    break;
+                }
+                *cluster = wider;
+                *free -= 1;
+            }
+        }
+    }
+
+    /// Millionths of a lane that its tasks take.
+    fn load(&self, cluster: &New) -> u128 {
+        let tasks = cluster.tasks.iter().map(|i| &self.set.tasks[*i]);
+        tasks.map(|task| task.period_ns.map_or(0, |period| millionths(task, period))).sum()
+    }
+
+    fn is_proved(&self, cluster: &New) -> bool {
+        // More than all lanes all the time: seen without a search.
+        self.load(cluster) <= 1_000_000 * u128::from(cluster.lanes)
+            && prove(&alone(self.set, self.name, cluster.lanes, &cluster.tasks)).is_analytic()
+    }
 }
 
 /// These tasks alone, in one cluster.
@@ -109,7 +178,7 @@ fn alone(set: &Set, pool: &str, lanes: u32, tasks: &[usize]) -> Set {
 fn with_clusters(set: &Set, pool: &str, new: &[New]) -> Set {
     let first = set.clusters.iter().position(|cluster| cluster.pool == pool).unwrap_or(0);
     let before = set.clusters.iter().filter(|cluster| cluster.pool == pool).count();
-    let cluster = |(nth, (lanes, _)): (usize, &New)| Cluster {
+    let cluster = |(nth, New { lanes, .. }): (usize, &New)| Cluster {
         pool: pool.to_owned(),
         name: format!("c{}", nth + 1),
         lanes: *lanes,
@@ -117,7 +186,7 @@ fn with_clusters(set: &Set, pool: &str, new: &[New]) -> Set {
     let mut divided = set.clone();
     divided.clusters.splice(first..first + before, new.iter().enumerate().map(cluster));
     for (i, task) in divided.tasks.iter_mut().enumerate() {
-        match new.iter().position(|(_, tasks)| tasks.contains(&i)) {
+        match new.iter().position(|New { tasks, .. }| tasks.contains(&i)) {
             Some(at) => *task = moved(task, first + at),
             None => {
                 let nodes = task.versions.iter_mut().flat_map(|graph| &mut graph.nodes);

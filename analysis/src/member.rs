@@ -31,9 +31,14 @@ impl Member {
         Self { deadline, period: task.period_ns.map(i128::from), shapes, parts }
     }
 
-    /// Largest cost of a node.
-    pub(crate) fn largest(&self) -> i128 {
-        self.shapes.iter().map(|shape| shape.largest).max().unwrap_or(0)
+    /// How long after its release a job that is given up when it is late may be at work: a node that runs then ends.
+    pub(crate) fn cut_at(&self) -> i128 {
+        self.deadline + self.shapes.iter().map(|shape| shape.largest).max().unwrap_or(0) + 1
+    }
+
+    /// Jobs that are there at once, at most, if none is longer than `bound`.
+    pub(crate) fn at_once(&self, bound: i128) -> i128 {
+        1 + self.period.map_or(0, |period| bound.div_euclid(period))
     }
 
     /// The only cluster that it ever has nodes in.

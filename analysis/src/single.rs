@@ -44,10 +44,9 @@ pub(crate) struct Single<'a> {
     pub(crate) this: Other<'a>,
 }
 
-/// Rounds of a search and segments of a list, at most: giving up is sound.
+/// Rounds of a search for A0, and evaluations of the demand in one for PREFIX, at most: giving up is sound.
 const ROUNDS: usize = 200;
-const SEGMENTS: usize = 400;
-const RESTARTS: usize = 150;
+const EVALUATIONS: usize = 8_192;
 /// Windows that a list goes to, at most: longer ones are a load so close to all lanes that sums grow beyond 128 bits.
 const LONGEST: i128 = 1 << 60;
 /// Fixed point of utilisations.
@@ -204,55 +203,23 @@ impl Single<'_> {
     /// The least response time that PREFIX proves, if that is within `limit`.
     pub(crate) fn prefix(&self, keys: Keys, variant: Variant, limit: i128) -> Option<(i128, Vec<i128>)> {
         let longest = self.looked.shape.longest;
+        let mut left = EVALUATIONS;
         let (mut wait, mut last_step) = (0, None);
-        for _ in 0..RESTARTS {
-            if longest + wait > limit {
-                return None;
-            }
-            match self.segments(keys, variant, longest + wait) {
-                Ok(segments) => return Some((longest + wait, segments)),
-                Err(more) => {
-                    let needed = more?.max(wait + 1);
-                    wait = self.looked.next_wait(self.part, wait, needed, &mut last_step);
+        // Where the last list could not go on: most waits that are too short are too short there.
+        let mut at = 0;
+        while longest + wait <= limit {
+            let mut list = List { single: self, keys, variant, response: longest + wait, left: &mut left };
+            let mut missing = list.missing(at, at).ok()?;
+            if missing.is_none() {
+                match list.segments().ok()?? {
+                    Ok(segments) => return Some((longest + wait, segments)),
+                    Err(stopped) => (at, missing) = (stopped.0, Some(stopped.1)),
                 }
             }
+            let needed = missing?.max(wait + 1);
+            wait = self.looked.next_wait(self.part, wait, needed, &mut last_step);
         }
         None
-    }
-
-    /// Segments that prove a response time; or the waiting that it takes at least, if that can be said.
-    fn segments(&self, keys: Keys, variant: Variant, response: i128) -> Result<Vec<i128>, Option<i128>> {
-        let end = self.closing(keys, variant, response).ok_or(None)?;
-        let lanes = self.looked.lanes;
-        let y = response - self.looked.shape.longest + 1;
-        // Whether A from `from` to `to` is covered by the demand at its end.
-        let demand = |from, to| self.prefix_demand(keys, variant, response, to, from);
-        let covers = |from: i128, to: i128| lanes * (from + y) > demand(from, to);
-        let mut segments = vec![0];
-        loop {
-            let from = segments[segments.len() - 1];
-            if from >= end {
-                return Ok(segments);
-            }
-            if !covers(from, from) {
-                return Err(Some(demand(from, from) / lanes - from));
-            }
-            let (mut good, mut step) = (from, 1);
-            while good + step < 2 * end.max(1) && covers(from, good + step) {
-                good += step;
-                step *= 2;
-            }
-            while step > 0 {
-                if covers(from, good + step) {
-                    good += step;
-                }
-                step /= 2;
-            }
-            segments.push(good + 1);
-            if segments.len() > SEGMENTS {
-                return Err(None);
-            }
-        }
     }
 
     /// The least response time that any test proves.
@@ -277,6 +244,60 @@ impl Single<'_> {
             }
         }
         best
+    }
+}
+
+/// A response time that PREFIX may prove.
+struct List<'a> {
+    single: &'a Single<'a>,
+    keys: Keys,
+    variant: Variant,
+    response: i128,
+    /// Evaluations of the demand that may still be made.
+    left: &'a mut usize,
+}
+
+/// No evaluation is left.
+struct Spent;
+
+/// Segments; or the A that they do not go beyond, and the waiting that it takes at least.
+type Segments = Result<Vec<i128>, (i128, i128)>;
+
+impl List<'_> {
+    /// The waiting that it takes at least for A from `from` to `to` to be covered by the demand at its end; `None`: it is.
+    fn missing(&mut self, from: i128, to: i128) -> Result<Option<i128>, Spent> {
+        *self.left = self.left.checked_sub(1).ok_or(Spent)?;
+        let looked = &self.single.looked;
+        let y = self.response - looked.shape.longest + 1;
+        let demand = self.single.prefix_demand(self.keys, self.variant, self.response, to, from);
+        Ok((looked.lanes * (from + y) <= demand).then(|| demand / looked.lanes - from))
+    }
+
+    /// The segments; `None` where all lanes are loaded for ever.
+    fn segments(&mut self) -> Result<Option<Segments>, Spent> {
+        let Some(end) = self.single.closing(self.keys, self.variant, self.response) else { return Ok(None) };
+        let mut segments = vec![0];
+        loop {
+            let from = segments[segments.len() - 1];
+            if from >= end {
+                return Ok(Some(Ok(segments)));
+            }
+            if let Some(missing) = self.missing(from, from)? {
+                return Ok(Some(Err((from, missing))));
+            }
+            let (mut good, mut step) = (from, 1);
+            while good + step < 2 * end.max(1) && self.missing(from, good + step)?.is_none() {
+                good += step;
+                step *= 2;
+            }
+            while step > 0 {
+                if self.missing(from, good + step)?.is_none() {
+                    good += step;
+                }
+                step /= 2;
+            }
+            segments.push(good + 1);
+        }
     }
 }
 
