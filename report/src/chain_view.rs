@@ -7,8 +7,9 @@ use crate::time::time;
 use std::cmp::Reverse;
 use std::fmt::Write;
 
-/// Chains that a page shows in full: the worst ones. The data in the page has them all.
+/// Chains that a page shows: the worst ones, the first of them without being asked. The data in the page has them all.
 const SHOWN: usize = 60;
+const FIRST: usize = 6;
 /// Whom a step names.
 const NAMED: usize = 3;
 /// Steps of a chain that are written out.
@@ -27,15 +28,16 @@ pub(crate) fn section(run: &Run) -> String {
                   Execution is from the decision to start until the report of the end, so waking a lane's thread is in it: a log \
                   has no instant in between.</p>");
     legend(&mut out, run);
-    let mut worst: Vec<&Miss> = run.misses.iter().collect();
-    let late = |miss: &Miss| {
-        run.job(miss.task, miss.job).map_or(0, |job| miss.until_ns.saturating_sub(job.deadline_ns))
-    };
-    worst.sort_by_key(|miss| (Reverse(late(miss)), miss.task, miss.job));
-    for miss in worst.iter().take(SHOWN) {
-        if let Some(job) = run.job(miss.task, miss.job) {
-            one(&mut out, run, miss, job);
+    let worst = worst(run);
+    for (nth, (miss, job)) in worst.iter().take(SHOWN).enumerate() {
+        if nth == FIRST {
+            let more = worst.len().min(SHOWN) - FIRST;
+            let _infallible = write!(out, "<details class=\"more\"><summary>{more} more</summary>");
         }
+        one(&mut out, run, miss, job);
+    }
+    if worst.len() > FIRST {
+        out.push_str("</details>");
     }
     if worst.len() > SHOWN {
         let _infallible = write!(
@@ -46,6 +48,17 @@ pub(crate) fn section(run: &Run) -> String {
         );
     }
     out
+}
+
+/// The latest of each cause, then all others, the latest first.
+fn worst(run: &Run) -> Vec<(&Miss, &Job)> {
+    let of = |i: usize| run.misses.get(i).and_then(|miss| Some((miss, run.job(miss.task, miss.job)?)));
+    let late = |i: usize| of(i).map_or(0, |(miss, job)| miss.until_ns.saturating_sub(job.deadline_ns));
+    let latest = |misses: &Vec<usize>| misses.iter().copied().min_by_key(|i| (Reverse(late(*i)), *i));
+    let of_causes: Vec<usize> = run.groups.iter().filter_map(|group| latest(&group.misses)).collect();
+    let mut worst: Vec<usize> = (0..run.misses.len()).collect();
+    worst.sort_by_key(|i| (!of_causes.contains(i), Reverse(late(*i)), *i));
+    worst.into_iter().filter_map(of).collect()
 }
 
 fn groups(out: &mut String, run: &Run) {

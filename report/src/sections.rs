@@ -139,6 +139,14 @@ pub(crate) fn edits(run: &Run) -> String {
 
 /// What admission says.
 pub(crate) fn certificate(run: &Run) -> String {
-    let lines: Vec<String> = run.certificate.iter().map(|line| format!("<li>{}</li>", html(line))).collect();
+    let lines: Vec<String> = run.certificate.iter().map(|line| format!("<li>{}</li>", code(line))).collect();
     format!("<ul class=\"lines\">{}</ul>", lines.concat())
+}
+
+/// What stands between backticks, as code.
+fn code(text: &str) -> String {
+    let mut parts = text.split('`').map(html);
+    let first = parts.next().unwrap_or_default();
+    let tagged = parts.enumerate().map(|(nth, part)| format!("{}{part}", ["<code>", "</code>"][nth % 2]));
+    first + &tagged.collect::<String>() + if text.matches('`').count() % 2 == 1 { "</code>" } else { "" }
 }

@@ -31,9 +31,12 @@ pub(super) fn rewrite(
     let changed = || Failure::Input("the file was changed while it was measured; start again".to_owned());
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let mut document: DocumentMut = text.parse().map_err(|_| changed())?;
-    for (pool, lanes) in document.get_mut("pool").map(tables).into_iter().flatten().zip(lanes) {
-        if let Some(lanes) = lanes {
-            set(pool, "lanes", i64::try_from(*lanes).unwrap_or(i64::MAX).into());
+    for pool in document.get_mut("pool").map(tables).into_iter().flatten() {
+        // A divided pool is several of the workload's, and its clusters say how many lanes it has.
+        let name = pool.get("name").and_then(Item::as_str);
+        let of = workload.pools.iter().position(|pool| Some(pool.name.as_str()) == name);
+        if let Some(lanes) = of.and_then(|of| lanes.get(of).copied().flatten()) {
+            set(pool, "lanes", i64::try_from(lanes).unwrap_or(i64::MAX).into());
         }
     }
     // Numbers go over the nodes of a task first, and then over those of its events by their instants.

@@ -27,11 +27,34 @@ pub(super) fn words(plan: &Plan) -> Vec<String> {
             lines.push(format!("{}, after the edit at {at}: {}", task.name, bound(proof)));
         }
     }
-    lines.push("This is of the default policy, with every node at its WCET; a bound is of a job that has its lanes to itself.".to_owned());
+    lines.extend(together(plan));
+    lines.push("This is of the default policy, with every node at its WCET; a bound of a job alone is of one that has its lanes to itself.".to_owned());
     lines
 }
 
+/// What is proved of each task beside all others; nothing of a task that is alone anyway.
+fn together(plan: &Plan) -> Vec<String> {
+    let tasks = &plan.certificate.tasks;
+    if tasks.len() < 2 {
+        return Vec::new();
+    }
+    let of = |task: &red_certificate::TaskProof| match task.response_ns {
+        Some(ns) => format!(
+            "{}, beside all other tasks: every job is proved to end within {} of its release.",
+            task.name,
+            Duration::from_nanos(ns)
+        ),
+        None => format!("{}, beside all other tasks: nothing is proved.", task.name),
+    };
+    tasks.iter().map(of).collect()
+}
+
 fn bound(proof: &Proof) -> String {
+    let name = match proof.bound {
+        "several-pools" => "Graham's bound over its pools",
+        "long-path" => "its longest disjoint paths",
+        _ => "Graham's bound",
+    };
     let verdict = if proof.fits { "within" } else { "above" };
     let but = if proof.memory_holds && proof.shares_evenly {
         ""
@@ -41,7 +64,7 @@ fn bound(proof: &Proof) -> String {
     format!(
         "a job alone ends within {} by {}, {verdict} the limit of {}{but}.",
         Duration::from_nanos(proof.response_ns),
-        proof.bound,
+        name,
         Duration::from_nanos(proof.limit_ns)
     )
 }

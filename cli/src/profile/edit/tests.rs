@@ -121,3 +121,26 @@ fn a_file_with_other_nodes_is_refused() {
         assert!(matches!(rewrite(FILE, &workload, &[of], &[None], ""), Err(Failure::Input(_))), "{count}");
     }
 }
+
+#[test]
+fn a_divided_pool_keeps_its_lanes_and_those_after_it_get_theirs() {
+    let file = r#"
+pool = [
+  { name = "gpu", lanes = 3, clusters = [{ name = "near", lanes = 1 }, { name = "far", lanes = 2 }] },
+  { name = "dsp", lanes = 2 },
+]
+
+[[task]]
+name     = "t"
+deadline = "10ms"
+period   = "10ms"
+cluster  = "far"
+node     = [ { name = "a", wcet = "2ms" } ]
+"#;
+    let workload = parse(file.as_bytes(), Format::Toml, "f").unwrap();
+    assert_eq!(workload.pools.len(), 3);
+    let of = times(&[(2_000_000, 0, None)]);
+    let text = rewrite(file, &workload, &[of], &[Some(7), Some(7), Some(1)], "").unwrap();
+    assert!(text.contains("{ name = \"gpu\", lanes = 3, clusters"), "{text}");
+    assert!(text.contains("{ name = \"dsp\", lanes = 1 }"), "{text}");
+}
