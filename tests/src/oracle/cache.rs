@@ -29,6 +29,7 @@ impl Sim<'_> {
             job.state[node] = State::Done;
             job.started = true;
             let id: SubId = (job.task, job.index, node);
+            self.overtaken.retain(|(head, _)| *head != id);
             let graph = std::rc::Rc::clone(&job.graph);
             self.outcome.row(self.workload, id, &graph, None, now, now);
             self.outcome.encoder_runs_saved += 1;

@@ -177,8 +177,9 @@ impl Sim<'_> {
 
     /// Starts the unit that `head` leads on a free lane.
     fn start(&mut self, pool: usize, lane: u32, head: SubId, now: u64) {
-        self.overtaken.retain(|(id, _)| *id != head);
         let members = if self.policy.merges() { self.members(pool, head, now) } else { vec![head] };
+        // An encoder that runs again waits anew, also where it had not been the unit's head.
+        self.overtaken.retain(|(id, _)| !members.contains(id));
         let mut unit = Unit { pool, lane, finish: now, memory: 0, key: None, members };
         for &(task, index, node) in &unit.members {
             let job = self.job(task, index).expect("queued jobs are in flight");
