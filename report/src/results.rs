@@ -117,7 +117,7 @@ fn one(body: &mut String, table: &Table) {
         let _infallible = write!(body, "<th{class}>{}</th>", html(&column.head));
     }
     body.push_str("</tr></thead><tbody>");
-    let scales: Vec<f64> = table.columns.iter().map(|column| scale(table, column)).collect();
+    let scales: Vec<Scale> = table.columns.iter().map(|column| Scale::of(table, column)).collect();
     for row in &table.rows {
         // Some tables have the paper's values in rows of their own.
         let is_paper =
@@ -137,37 +137,57 @@ fn is_numeric(table: &Table, column: usize) -> bool {
     table.rows.iter().any(|row| matches!(row.get(column), Some(Cell::Number(..))))
 }
 
-/// The largest end of an interval among columns that measure the same.
-fn scale(table: &Table, column: &Column) -> f64 {
-    let same = |i: &usize| table.columns[*i].measures == column.measures;
-    let columns: Vec<usize> = (0..table.columns.len()).filter(same).collect();
-    let cells = table.rows.iter().flat_map(|row| columns.iter().filter_map(|i| row.get(*i)));
-    cells.fold(0.0, |most, cell| match cell {
-        Cell::Number(_, Some((value, half))) => most.max(value.abs() + half),
-        _ => most,
-    })
+/// From where to where bars go: beyond the ends of all intervals among columns that measure the same, and from zero on where
+/// none has a value below it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Scale {
+    low: f64,
+    high: f64,
 }
 
-fn cell(body: &mut String, cell: &Cell, is_paper: bool, scale: f64) {
+impl Scale {
+    fn of(table: &Table, column: &Column) -> Self {
+        let same = |i: &usize| table.columns[*i].measures == column.measures;
+        let columns: Vec<usize> = (0..table.columns.len()).filter(same).collect();
+        let cells = table.rows.iter().flat_map(|row| columns.iter().filter_map(|i| row.get(*i)));
+        cells.fold(Self::default(), |Self { low, high }, cell| match cell {
+            Cell::Number(_, Some((value, half))) => {
+                let below = if *value < 0.0 { value - half } else { 0.0 };
+                Self { low: low.min(below), high: high.max(value + half) }
+            }
+            _ => Self { low, high },
+        })
+    }
+
+    /// Percent of the way.
+    fn at(self, value: f64) -> f64 {
+        let whole = self.high - self.low;
+        if whole > 0.0 { ((value - self.low) / whole * 100.0).clamp(0.0, 100.0) } else { 0.0 }
+    }
+}
+
+fn cell(body: &mut String, cell: &Cell, is_paper: bool, scale: Scale) {
     let _infallible = match cell {
         Cell::Words(words) => write!(body, "<td>{}</td>", html(words)),
         Cell::Verdict(verdict) => write!(body, "<td>{}</td>", badge(verdict)),
         Cell::Number(text, None) => write!(body, "<td class=\"n\">{}</td>", html(text)),
         Cell::Number(text, Some((value, half))) => {
-            let share =
-                |value: f64| if scale > 0.0 { (value / scale * 100.0).clamp(0.0, 100.0) } else { 0.0 };
             let class = if is_paper { "k-paper" } else { "k-ours" };
-            let (from, until) = (share(value.abs() - half), share(value.abs() + half));
-            let whisker = if *half > 0.0 && until - from > 0.5 {
-                format!("<u style=\"left:{from:.1}%;width:{:.1}%\"></u>", until - from)
+            let (zero, end) = (scale.at(0.0), scale.at(*value));
+            let (from, width) = (zero.min(end), (end - zero).abs());
+            let (least, most) = (scale.at(value - half), scale.at(value + half));
+            let whisker = if *half > 0.0 && most - least > 0.5 {
+                format!("<u style=\"left:{least:.1}%;width:{:.1}%\"></u>", most - least)
             } else {
                 String::new()
             };
+            let axis =
+                if scale.low < 0.0 { format!("<b style=\"left:{zero:.1}%\"></b>") } else { String::new() };
             write!(
                 body,
-                "<td class=\"n bar\">{}<span class=\"track\"><i class=\"{class}\" style=\"width:{:.1}%\"></i>{whisker}</span></td>",
+                "<td class=\"n bar\">{}<span class=\"track\"><i class=\"{class}\" style=\"margin-left:{from:.1}%;width:{width:.1}%\">\
+                 </i>{axis}{whisker}</span></td>",
                 html(text),
-                share(value.abs())
             )
         }
     };

@@ -1,6 +1,6 @@
 //! The tables as a page.
 
-use super::Tables;
+use super::{Tables, real};
 use crate::outcome::Failure;
 use crate::report::to_json;
 use red_paper::markdown;
@@ -18,15 +18,18 @@ pub(super) fn of(tables: &[Table], seeds: u64) -> Result<String, Failure> {
         [one] => one.title.to_owned(),
         _ => "The paper on trial".to_owned(),
     };
-    let command = match tables {
-        [one] => format!("redrt paper {} --seeds {seeds}", one.name),
-        _ => format!("redrt paper --seeds {seeds}"),
+    let (command, means) = match tables {
+        [one] if one.name == real::NAME => {
+            ("redrt paper real".to_owned(), "rounds on this machine".to_owned())
+        }
+        [one] => (format!("redrt paper {} --seeds {seeds}", one.name), format!("{seeds} seeds")),
+        _ => (format!("redrt paper --seeds {seeds}"), format!("{seeds} seeds")),
     };
     let head = Head {
         title,
         program: concat!("redrt ", env!("CARGO_PKG_VERSION")).to_owned(),
         about: format!(
-            "The RED paper's values beside ours; means over {seeds} seeds with 95 % confidence intervals"
+            "The RED paper's values beside ours; means over {means} with 95 % confidence intervals"
         ),
         data: to_json(&Tables { seeds, tables })?,
         command,

@@ -33,10 +33,10 @@ fn table() -> Table {
 #[test]
 fn a_value_and_the_papers_have_one_scale() {
     let page = page(&Head::default(), &[table()]);
-    assert!(page.contains("<i class=\"k-paper\" style=\"width:100.0%\"></i>"), "{page}");
+    assert!(page.contains("<i class=\"k-paper\" style=\"margin-left:0.0%;width:100.0%\"></i>"), "{page}");
     assert!(
         page.contains(
-            "<i class=\"k-ours\" style=\"width:50.0%\"></i><u style=\"left:40.0%;width:20.0%\"></u>"
+            "<i class=\"k-ours\" style=\"margin-left:0.0%;width:50.0%\"></i><u style=\"left:40.0%;width:20.0%\"></u>"
         )
     );
     assert!(page.contains("A &lt;title&gt;") && !page.contains("A <title>"));
@@ -54,4 +54,14 @@ fn changes_in_percent_are_drawn_and_other_words_are_not() {
         page.contains("aria-label=\"here -18.0 %, the paper -24.7 %\"")
             && page.contains("badge fair\">shape only")
     );
+}
+
+#[test]
+fn what_is_below_zero_goes_the_other_way() {
+    let mut table = table();
+    table.rows[0][2] = Cell::Number("-30 ± 10".into(), Some((-30.0, 10.0)));
+    let page = page(&Head::default(), &[table]);
+    let low = "<i class=\"k-ours\" style=\"margin-left:20.0%;width:60.0%\"></i><b style=\"left:80.0%\"></b>\
+               <u style=\"left:0.0%;width:40.0%\"></u>";
+    assert!(page.contains(low), "{page}");
 }
