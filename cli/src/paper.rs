@@ -63,8 +63,17 @@ const PAGE: &str = "redrt-paper.html";
 
 #[derive(Serialize)]
 struct Tables<'a> {
-    seeds: u64,
+    /// `None` of runs on this machine, which have rounds.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    seeds: Option<u64>,
     tables: &'a [Table],
+}
+
+impl<'a> Tables<'a> {
+    fn of(tables: &'a [Table], seeds: u64) -> Self {
+        let is_real = tables.iter().any(|table| table.name == real::NAME);
+        Self { seeds: (!is_real).then_some(seeds), tables }
+    }
 }
 
 /// Runs the experiments and prints their tables.
@@ -119,7 +128,7 @@ fn print(args: &Args, tables: &[Table]) -> Result<(), Failure> {
 
 fn show(args: &Args, tables: &[Table]) -> Result<(), Failure> {
     if args.json {
-        output::json(&Tables { seeds: args.seeds, tables })
+        output::json(&Tables::of(tables, args.seeds))
     } else if args.markdown {
         output::line(&markdown::document(tables, args.seeds))
     } else {

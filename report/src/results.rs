@@ -168,6 +168,8 @@ impl Scale {
 
 fn cell(body: &mut String, cell: &Cell, is_paper: bool, scale: Scale) {
     let _infallible = match cell {
+        // Names do not break at their hyphens.
+        Cell::Words(words) if words.len() <= 20 => write!(body, "<td class=\"name\">{}</td>", html(words)),
         Cell::Words(words) => write!(body, "<td>{}</td>", html(words)),
         Cell::Verdict(verdict) => write!(body, "<td>{}</td>", badge(verdict)),
         Cell::Number(text, None) => write!(body, "<td class=\"n\">{}</td>", html(text)),

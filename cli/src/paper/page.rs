@@ -31,7 +31,7 @@ pub(super) fn of(tables: &[Table], seeds: u64) -> Result<String, Failure> {
         about: format!(
             "The RED paper's values beside ours; means over {means} with 95 % confidence intervals"
         ),
-        data: to_json(&Tables { seeds, tables })?,
+        data: to_json(&Tables::of(tables, seeds))?,
         command,
     };
     Ok(results::page(&head, &tables.iter().map(table).collect::<Vec<_>>()))
