@@ -116,6 +116,8 @@ pub enum Verdict {
     Holds,
     /// What this project promises, and does not keep.
     Fails,
+    /// Where a rule of this project is worse than another.
+    Loses,
 }
 
 /// A size counts as reproduced up to this share of the paper's value.
@@ -160,6 +162,7 @@ impl Verdict {
             Self::Ours => "ours",
             Self::Holds => "holds",
             Self::Fails => "fails",
+            Self::Loses => "loses",
         }
     }
 }

@@ -94,7 +94,7 @@ fn badge(verdict: &str) -> String {
     let class = match verdict {
         "reproduced" | "holds" => "good",
         "not reproducible" | "fails" => "bad",
-        "shape only" => "fair",
+        "shape only" | "loses" => "fair",
         _ => "plain",
     };
     format!("<span class=\"badge {class}\">{}</span>", html(verdict))

@@ -5,7 +5,7 @@ use crate::rng::Rng;
 use crate::run::{PaperError, Run};
 use crate::scenario::{Calls, EMERGENCY, NIGHT, OBSTACLE, OBSTACLE_FREE, Scenario, URBAN, workload};
 use crate::stat::Estimate;
-use crate::table::{Cell, Column, Table};
+use crate::table::{Cell, Claim, Column, Table, Verdict};
 use crate::trial::{Sample, Samples, System, Trial};
 use red_core::{Config, DeadlineRule, Shed};
 use red_sim::{Drawn, Execution, SimError};
@@ -88,6 +88,16 @@ pub(crate) fn run(run: &Run<'_>) -> Result<Table, PaperError> {
         let missed = samples.iter().map(|samples| Cell::from(percent(samples.missed())));
         [Cell::from(*name)].into_iter().chain(missed).collect()
     });
+    let mean = |step: usize, load: usize| samples[step * LOADS.len() + load].missed().map_or(0.0, |e| e.mean);
+    let is_below = |step: usize| (0..LOADS.len()).filter(|load| mean(step, *load) > mean(0, *load)).count();
+    let claims = STEPS.iter().enumerate().skip(2).map(|(step, (name, ..))| Claim {
+        claim: format!("{name}: nowhere more misses than {}", STEPS[0].0),
+        paper: "-".to_owned(),
+        ours: format!("more at {} of {} loads", is_below(step), LOADS.len()),
+        verdict: if is_below(step) == 0 { Verdict::Holds } else { Verdict::Loses },
+        why: "",
+    });
+    let claims = claims.collect();
     let numbers = |name| Column::numbers(name, "%", 1);
     Ok(Table {
         name: "frame-cache",
@@ -110,6 +120,6 @@ pub(crate) fn run(run: &Run<'_>) -> Result<Table, PaperError> {
             numbers("rho 4, load 1.3"),
         ],
         rows: rows.collect(),
-        claims: Vec::new(),
+        claims,
     })
 }

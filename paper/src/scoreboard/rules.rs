@@ -26,7 +26,7 @@ pub(crate) enum By {
     Proof(fn(&[Task], u64) -> bool),
 }
 
-const JOB_EDF: Config = Config { best_case: BestCase::Declared, preempt: true, ..Config::EDF };
+pub(super) const JOB_EDF: Config = Config { best_case: BestCase::Declared, preempt: true, ..Config::EDF };
 
 pub(super) const fn by_rule(rule: DeadlineRule) -> Config {
     Config { rule, ..JOB_EDF }
