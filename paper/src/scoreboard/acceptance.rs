@@ -248,23 +248,28 @@ fn claims(points: &[Point], scores: &[Scores]) -> Vec<Claim> {
     claims
 }
 
-/// Whether a rule of ours schedules less than job-EDF at some point: it says where.
+/// Whether a rule of ours schedules less than job-EDF at some point: it says on how many lanes, and by how much.
 fn beside(points: &[Point], scores: &[Scores], ours: (&str, usize), baseline: (&str, usize)) -> Claim {
-    let is_below = |scores: &Scores| scores.acceptance(ours.1) < scores.acceptance(baseline.1);
-    let below = points.iter().zip(scores).filter(|(_, scores)| is_below(scores));
-    let of = |(point, scores): (&Point, &Scores)| {
-        let Point { family, lanes, delta, is_varying } = point;
-        let times = if *is_varying { ", times vary" } else { "" };
-        let (mine, theirs) = (scores.acceptance(ours.1), scores.acceptance(baseline.1));
-        format!("{family:?}, rho {lanes}, delta {delta}{times}: {mine:.3} against {theirs:.3}")
-    };
-    let below: Vec<String> = below.map(of).collect();
+    let lost = |scores: &Scores| scores.acceptance(baseline.1) - scores.acceptance(ours.1);
+    let below: Vec<(u8, f64)> = points
+        .iter()
+        .zip(scores)
+        .map(|(point, scores)| (point.lanes, lost(scores)))
+        .filter(|(_, lost)| *lost > 0.0)
+        .collect();
+    let mut lanes: Vec<String> = below.iter().map(|(lanes, _)| lanes.to_string()).collect();
+    lanes.dedup();
+    let most = below.iter().map(|(_, lost)| *lost).fold(0.0, f64::max);
     Claim {
         claim: format!("{} is nowhere below {}", ours.0, baseline.0),
         paper: "-".to_owned(),
         ours: match below.len() {
             0 => format!("at none of {} points", points.len()),
-            count => format!("at {count} of {}: {}", points.len(), below.join("; ")),
+            count => format!(
+                "at {count} of {} points, rho {}, by {most:.3} at most",
+                points.len(),
+                lanes.join(", ")
+            ),
         },
         verdict: if below.is_empty() { Verdict::Holds } else { Verdict::Loses },
         why: if below.is_empty() { "" } else { ONE_LANE },
