@@ -51,8 +51,8 @@ impl Display for Rejected {
             }
             Self::Statement { place, expected, stated } => write!(
                 f,
-                "{place}: the workload says {expected}, the certificate {stated}; it is of another workload or was changed: \
-                 make it anew"
+                "{place}: expected {expected}, the certificate says {stated}; it is of another workload or was changed: make it \
+                 anew"
             ),
             Self::Test { place, test, needs } => write!(
                 f,

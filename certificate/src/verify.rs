@@ -117,12 +117,12 @@ fn responses(proof: &TaskProof, shapes: &[Shape]) -> Result<(), Rejected> {
     same(&place("response_ns"), &most, &proof.response_ns)?;
     if most > Some(proof.deadline_ns) {
         let expected = format!("{} at most", proof.deadline_ns);
-        return Err(differs(&place("response_ns"), expected, format!("{most:?}")));
+        return Err(differs(&place("response_ns"), expected, words(&most)));
     }
     for (n, (shape, version)) in shapes.iter().zip(&proof.versions).enumerate() {
         if version.response_ns.is_some_and(|response| i128::from(response) < shape.longest) {
             let expected = format!("{} at least", shape.longest);
-            let stated = format!("{:?}", version.response_ns);
+            let stated = words(&version.response_ns);
             return Err(differs(&place(&format!("response_ns of version {n}")), expected, stated));
         }
     }
@@ -148,8 +148,8 @@ fn clusters(certificate: &Certificate, set: &Set) -> Result<(), Rejected> {
         let are_all = (0..set.tasks.len()).all(is_proved);
         let is_proved = in_it.iter().all(|t| is_proved(*t) && (are_all || set.tasks[*t].is_kept));
         if is_proved != (proof.guarantee == Guarantee::Analytic) {
-            let expected = if is_proved { "Analytic" } else { "BestEffort" };
-            let stated = format!("{:?}", proof.guarantee);
+            let expected = if is_proved { "analytic" } else { "best-effort" };
+            let stated = if is_proved { "best-effort" } else { "analytic" }.to_owned();
             return Err(differs(&place("guarantee"), expected.to_owned(), stated));
         }
     }
@@ -193,7 +193,7 @@ fn partners(certificate: &Certificate, set: &Set) -> Result<(), Rejected> {
             .find(|(other, proof)| proof.response_ns.is_none() && shares(other));
         if task.waits || open.is_some() {
             let place = format!("response_ns of task {}", task.name);
-            return Err(differs(&place, "None".to_owned(), format!("{:?}", proof.response_ns)));
+            return Err(differs(&place, "none".to_owned(), words(&proof.response_ns)));
         }
     }
     Ok(())
@@ -255,7 +255,14 @@ fn same<T: PartialEq + Debug + ?Sized>(place: &str, expected: &T, stated: &T) ->
     if expected == stated {
         return Ok(());
     }
-    Err(differs(place, format!("{expected:?}"), format!("{stated:?}")))
+    Err(differs(place, words(expected), words(stated)))
+}
+
+/// A value as it stands in a certificate.
+fn words<T: Debug + ?Sized>(value: &T) -> String {
+    let text = format!("{value:?}");
+    let inner = text.strip_prefix("Some(").and_then(|text| text.strip_suffix(')'));
+    inner.map_or_else(|| text.replace("None", "none"), str::to_owned)
 }
 
 fn differs(place: &str, expected: String, stated: String) -> Rejected {

@@ -9,7 +9,7 @@ use crate::output;
 use crate::report::file;
 use crate::table::Table as Text;
 use crate::terminal;
-use red_paper::table::{Claim, Table};
+use red_paper::table::{Claim, Table, Verdict};
 use red_paper::{EXPERIMENTS, Experiment, Group, PaperError, Run, markdown};
 use red_rt::stop::StopSignals;
 use red_workload::shown_path;
@@ -20,6 +20,9 @@ use std::path::PathBuf;
 /// Name of all tables that are not the paper's.
 const SCOREBOARD: &str = "scoreboard";
 
+/// Asks for the names of all tables.
+const LIST: &str = "list";
+
 /// Seeds that intervals of confidence are made of.
 const SEEDS: u64 = 20;
 
@@ -28,7 +31,9 @@ const SEEDS: u64 = 20;
 #[command(after_help = "\
 Each table has the paper's values, ours as means over seeds with 95 % confidence intervals, and verdicts: reproduced
 (direction and size), shape only (direction), not reproducible (with the reason), calibrated (what the model was fitted
-to, no evidence). Same arguments, same output, to the byte.
+to, no evidence); ours (nothing to compare with), holds and fails (what this project promises), loses (where a rule of
+ours is worse than job-EDF). Same arguments, same output, to the byte. Exit status 1 if it was stopped, or if a claim
+fails.
 
 Example:
   redrt paper effectiveness --json")]
@@ -78,18 +83,20 @@ impl<'a> Tables<'a> {
 
 /// Runs the experiments and prints their tables.
 pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
-    if args.table.as_deref() == Some("list") {
-        output::line(&list())?;
+    if args.table.as_deref() == Some(LIST) {
+        if args.json {
+            output::json(&Names { tables: names() })?;
+        } else {
+            output::line(&list())?;
+        }
         return Ok(Answer::Yes);
     }
     let signals = StopSignals::install().map_err(|e| Failure::Machine(e.to_string()))?;
     if args.table.as_deref() == Some(real::NAME) {
-        let Some(table) = real::run(&args.out, args.duration, &signals)? else {
-            output::note("stopped before the table was done");
-            return Ok(Answer::No);
-        };
-        print(args, &[table])?;
-        return Ok(Answer::Yes);
+        let (table, left) = real::run(&args.out, args.duration, &signals)?;
+        let tables: Vec<Table> = table.into_iter().collect();
+        tables.iter().try_for_each(|table| tell(args, table))?;
+        return print(args, &tables, left.as_deref());
     }
     let chosen = choose(args.table.as_deref())?;
     let is_stopped = || signals.requested().is_some();
@@ -101,51 +108,73 @@ pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
         let table = (experiment.run)(&run);
         bar.clear();
         match table {
-            Ok(table) => tables.push(table),
+            Ok(table) => {
+                tell(args, &table)?;
+                tables.push(table);
+            }
             Err(PaperError::Stopped) => break,
             Err(error) => return Err(Failure::input(error)),
         }
     }
-    let is_whole = tables.len() == chosen.len();
-    if let (false, Some(signal)) = (is_whole, signals.requested()) {
-        let (done, all) = (tables.len(), chosen.len());
-        output::note(&format!("stopped by {signal} after {done} of {all} tables"));
-    }
-    print(args, &tables)?;
-    Ok(Answer::of(is_whole))
+    let left = (tables.len() < chosen.len())
+        .then(|| format!("stopped after {} of {} tables", tables.len(), chosen.len()));
+    print(args, &tables, left.as_deref())
 }
 
-fn print(args: &Args, tables: &[Table]) -> Result<(), Failure> {
-    let all = (args.table.is_none() && !args.json && !args.markdown).then(|| PathBuf::from(PAGE));
-    let place = args.report.clone().or(all);
-    let page = place.as_ref().map(|_| page::of(tables, args.seeds)).transpose()?;
-    show(args, tables)?;
-    let (Some(place), Some(page)) = (place, page) else { return Ok(()) };
-    file::write(&place, &page, "--report")?;
-    output::note(&format!("report: {}", shown_path(&place)));
-    Ok(())
+/// A table for people, as soon as it is there.
+fn tell(args: &Args, table: &Table) -> Result<(), Failure> {
+    if args.json || args.markdown { Ok(()) } else { output::line(&format!("{}\n\n", text(table))) }
 }
 
-fn show(args: &Args, tables: &[Table]) -> Result<(), Failure> {
+/// What waits for all tables: JSON, Markdown, the page. `left`: what was not done.
+fn print(args: &Args, tables: &[Table], left: Option<&str>) -> Result<Answer, Failure> {
     if args.json {
-        output::json(&Tables::of(tables, args.seeds))
+        output::json(&Tables::of(tables, args.seeds))?;
     } else if args.markdown {
-        output::line(&markdown::document(tables, args.seeds))
-    } else {
-        let parts: Vec<String> = tables.iter().map(text).collect();
-        output::line(&parts.join("\n\n\n"))
+        output::line(&markdown::document(tables, args.seeds))?;
     }
+    // A page that was not asked for is one of all tables, and stays where it is until it is made anew.
+    let all = args.table.is_none() && !args.json && !args.markdown && left.is_none();
+    if let Some(place) = args.report.clone().or(all.then(|| PathBuf::from(PAGE))) {
+        file::write(&place, &page::of(tables, args.seeds, left)?, "--report")?;
+        output::note(&format!("report: {}", shown_path(&place)));
+    }
+    let is_kept = tables.iter().flat_map(|table| &table.claims).all(|claim| claim.verdict != Verdict::Fails);
+    if !is_kept {
+        output::note("a claim of this project fails");
+    }
+    if let Some(left) = left {
+        output::note(left);
+    }
+    Ok(Answer::of(left.is_none() && is_kept))
+}
+
+/// A table that can be asked for.
+#[derive(Serialize)]
+struct Name {
+    name: &'static str,
+    what: &'static str,
+}
+
+#[derive(Serialize)]
+struct Names {
+    tables: Vec<Name>,
+}
+
+fn names() -> Vec<Name> {
+    let name = |experiment: &Experiment| Name { name: experiment.name, what: experiment.what };
+    let on_machine = [
+        Name { name: SCOREBOARD, what: "all of those that are not the paper's" },
+        Name { name: real::NAME, what: "the scenarios with real networks on this machine, about 6 minutes" },
+    ];
+    EXPERIMENTS.iter().map(name).chain(on_machine).collect()
 }
 
 fn list() -> String {
-    let mut table = Text::new(&["table", "what"]);
-    for experiment in EXPERIMENTS {
-        table.row([experiment.name, experiment.what].map(str::to_owned));
-    }
-    table.row(
-        [real::NAME, "the scenarios with real networks on this machine, about 6 minutes"].map(str::to_owned),
-    );
-    table.to_string()
+    let names = names();
+    let width = names.iter().map(|Name { name, .. }| name.len()).max().unwrap_or(0);
+    let line = |Name { name, what }: &Name| format!("  {name:<width$}  {what}");
+    names.iter().map(line).collect::<Vec<_>>().join("\n")
 }
 
 fn choose(name: Option<&str>) -> Result<Vec<Experiment>, Failure> {
@@ -156,8 +185,7 @@ fn choose(name: Option<&str>) -> Result<Vec<Experiment>, Failure> {
     };
     let found: Vec<Experiment> = EXPERIMENTS.iter().filter(is_meant).copied().collect();
     (!found.is_empty()).then_some(found).ok_or_else(|| {
-        let names: Vec<&str> =
-            EXPERIMENTS.iter().map(|experiment| experiment.name).chain([SCOREBOARD, real::NAME]).collect();
+        let names: Vec<&str> = names().iter().map(|name| name.name).chain([LIST]).collect();
         Failure::Input(format!(
             "no table `{}`; expected one of {}",
             red_workload::shown(name),
@@ -184,13 +212,9 @@ fn text(table: &Table) -> String {
         let mut reasons: Vec<&str> =
             table.claims.iter().map(|claim| claim.why).filter(|why| !why.is_empty()).collect();
         reasons.dedup();
-        out.push(
-            reasons
-                .iter()
-                .map(|why| terminal::wrap(&format!("why: {why}"), 5))
-                .collect::<Vec<_>>()
-                .join("\n"),
-        );
+        let reasons: Vec<String> =
+            reasons.iter().map(|why| terminal::wrap(&format!("why: {why}"), 5)).collect();
+        out.extend((!reasons.is_empty()).then(|| reasons.join("\n")));
     }
     out.join("\n\n")
 }

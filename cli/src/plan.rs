@@ -2,6 +2,8 @@
 
 mod text;
 
+pub(crate) use text::of_limit;
+
 use crate::outcome::{Answer, Failure};
 use crate::output;
 use crate::progress;

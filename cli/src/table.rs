@@ -53,6 +53,16 @@ pub(crate) fn time(ns: Option<u64>) -> String {
     ns.map_or_else(|| "-".to_owned(), |ns| Duration::from_nanos(ns).to_string())
 }
 
+/// A time that nothing is above: what is not shown of it counts as one more of the last digit.
+pub(crate) fn at_most(ns: u64) -> String {
+    let digit = match ns {
+        1_000_000_000.. => 1_000_000,
+        1_000_000.. => 1_000,
+        _ => 1,
+    };
+    Duration::from_nanos(ns.div_ceil(digit).saturating_mul(digit)).to_string()
+}
+
 /// A time that may be below zero.
 pub(crate) fn signed(ns: i128) -> String {
     let magnitude = ns.unsigned_abs();

@@ -105,14 +105,17 @@ fn text(verdict: &Verdict, certificate: Option<&Certificate>) -> String {
     let clusters = certificate.into_iter().flat_map(|certificate| &certificate.clusters).map(|cluster| {
         let worth = match cluster.guarantee {
             Guarantee::Analytic => "analytic: every job is in time",
-            Guarantee::BestEffort => "best effort: nothing is guaranteed",
+            Guarantee::BestEffort => {
+                "best effort: a task has no proof, or its jobs may be given up for one that has none"
+            }
         };
         let name = if cluster.pool == cluster.name {
             cluster.name.clone()
         } else {
             format!("{}.{}", cluster.pool, cluster.name)
         };
-        format!("\n  {name}, {} lanes, {}: {worth}", cluster.lanes, cluster.tasks.join(", "))
+        let lanes = if cluster.lanes == 1 { "1 lane".to_owned() } else { format!("{} lanes", cluster.lanes) };
+        format!("\n  {name}, {lanes}, {}: {worth}", cluster.tasks.join(", "))
     });
     format!("every statement holds\n{}", clusters.collect::<String>().trim_start_matches('\n'))
 }

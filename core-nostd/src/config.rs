@@ -1,4 +1,4 @@
-//! What the executive does: a plain struct of integers, and the five named configurations.
+//! What the executive does: a plain struct of integers, and the six named configurations.
 
 use crate::capacity::Empty;
 use crate::deadlines::DeadlineRule;

@@ -3,7 +3,7 @@
 use crate::trial::{Sample, Samples, System, Trial};
 use rayon::prelude::*;
 use red_sim::SimError;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::Mutex;
 
 /// An experiment could not be run.
 #[derive(Debug)]
@@ -49,14 +49,18 @@ impl Run<'_> {
         items: &[T],
         work: impl Fn(&T) -> Result<R, PaperError> + Sync,
     ) -> Result<Vec<R>, PaperError> {
-        let done = AtomicUsize::new(0);
+        let done = Mutex::new(0);
         (self.progress)(0, items.len());
         let one = |item: &T| {
             if (self.is_stopped)() {
                 return Err(PaperError::Stopped);
             }
             let result = work(item);
-            (self.progress)(done.fetch_add(1, Ordering::Relaxed) + 1, items.len());
+            // Told one after the other, so that a bar never goes back.
+            if let Ok(mut done) = done.lock() {
+                *done += 1;
+                (self.progress)(*done, items.len());
+            }
             result
         };
         items.par_iter().map(one).collect()

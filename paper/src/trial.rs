@@ -179,19 +179,19 @@ impl Trial {
         Ok(Sample::of(&self.simulate(world, system, config, seed)?, None))
     }
 
-    /// [`Trial::run_in`], where the sample's jobs are those of one task; units and nodes are of all.
+    /// [`Trial::run_in`], a sample for each task, with the jobs of that task; units and nodes are of all.
     ///
     /// # Errors
     /// [`SimError`].
-    pub fn run_of(
+    pub fn run_by_task(
         &self,
-        task: usize,
         world: &dyn World,
         system: System,
         config: Config,
         seed: u64,
-    ) -> Result<Sample, SimError> {
-        Ok(Sample::of(&self.simulate(world, system, config, seed)?, Some(task)))
+    ) -> Result<Vec<Sample>, SimError> {
+        let report = self.simulate(world, system, config, seed)?;
+        Ok((0..self.workload.tasks.len()).map(|task| Sample::of(&report, Some(task))).collect())
     }
 
     fn simulate(

@@ -72,9 +72,10 @@ fn percentage(percent: f64) -> String {
     format!("{sign}{:.1} %", percent.abs())
 }
 
-/// Three digits.
+/// Three digits; nothing is 0.
 pub(crate) fn number(value: f64) -> String {
     match value.abs() {
+        0.0 => "0".to_owned(),
         100.0.. => format!("{value:.0}"),
         10.0.. => format!("{value:.1}"),
         _ => format!("{value:.2}"),

@@ -42,8 +42,8 @@ pub(crate) fn section(run: &Run) -> String {
     if worst.len() > SHOWN {
         let _infallible = write!(
             out,
-            "<p class=\"note\">These are the {SHOWN} worst of {}; the data of this page (<code>redrt-data</code>) has the chain of \
-             each.</p>",
+            "<p class=\"note\">{SHOWN} of {}: the latest of each cause, then the latest of all. The data of this page \
+             (<code>redrt-data</code>) has the chain of each.</p>",
             worst.len()
         );
     }

@@ -21,7 +21,7 @@ pub(crate) fn figure(task: &Task) -> String {
             "<figure class=\"hist\"><figcaption>{name}</figcaption><p>No job completed.</p></figure>"
         );
     };
-    let scale_ns = scale(max_ns.max(task.deadline_ns));
+    let scale_ns = scale(max_ns.max(task.deadline_ns), task.deadline_ns);
     let bins = bins(&task.figures.responses_ns, scale_ns);
     let late = task.figures.responses_ns.iter().filter(|ns| **ns > task.deadline_ns).count();
     let words = format!(
@@ -96,9 +96,12 @@ fn short(ns: u64) -> String {
     }
 }
 
-/// Somewhat beyond the largest value, and a round number of nanoseconds for each bar.
-fn scale(largest_ns: u64) -> u64 {
-    let each = (largest_ns / (BINS as u64 - 2)).max(1);
+/// Somewhat beyond the largest value, and a round number of nanoseconds for each bar. No bar lies across the deadline, but where
+/// that is shorter than a bar.
+fn scale(largest_ns: u64, deadline_ns: u64) -> u64 {
+    let least = largest_ns.div_ceil(BINS as u64 - 2).max(1);
+    let before = deadline_ns / least;
+    let each = if before == 0 { least } else { deadline_ns.div_ceil(before) };
     each.saturating_mul(BINS as u64)
 }
 

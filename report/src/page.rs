@@ -106,7 +106,7 @@ fn timeline(body: &mut String, run: &Run, number: usize) {
 
 const LEGEND: &str = "<ul class=\"keys lanes\"><li><i class=\"k-slice\"></i>a node on a lane, coloured by task</li>\
     <li><i class=\"k-shared\"></i>encoders that share one execution</li><li><i class=\"k-hit\"></i>encoder that took a result</li>\
-    <li><i class=\"k-due\"></i>sub-deadline</li><li><i class=\"k-subdeadline\"></i>beyond the sub-deadline</li>\
+    <li><i class=\"k-due\"></i>sub-deadline of a node, deadline of a job below the lanes</li><li><i class=\"k-subdeadline\"></i>beyond the sub-deadline</li>\
     <li><i class=\"k-late\"></i>job beyond its deadline</li><li><i class=\"k-edit\"></i>graph edit</li></ul>";
 
 /// A whole document around a body.

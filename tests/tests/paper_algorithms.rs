@@ -4,8 +4,9 @@
 mod counterexamples;
 
 use counterexamples::{dag, schedule};
-use red_core::{Config, Shed};
+use red_core::{Config, Gate, Reassign, Shed};
 use red_sim::{Drawn, Execution, Options, Report, Row, simulate_in};
+use red_workload::plan::plan;
 use red_workload::policy::Policy;
 use red_workload::{Format, parse};
 
@@ -71,7 +72,9 @@ fn the_merge_predicate_is_not_transitive() {
 #[test]
 fn a_unit_that_waits_for_a_member_within_gamma_misses_a_deadline_of_30_ms() {
     let (u, v) = (0, 90);
-    assert!(v - u <= GAMMA_MS && u64::max(u, v) + 11 > 30, "the unit begins when its last member is there");
+    let gamma = Config::RED.merge_skew.map_or(0, |gamma| gamma.as_nanos() / MS);
+    assert!(v - u <= gamma, "the rule merges the two");
+    assert!(u64::max(u, v) + 11 > 30, "and the unit begins when its last member is there");
     let report = run(1, &[stage("u", u, 30), stage("v", v, 30)].concat(), Policy::Red);
     assert_eq!(row(&report, "u", "s.encoder").start_ns, 0, "a unit is formed of members that are ready");
     assert!(on_time(&report, "u") && on_time(&report, "v"));
@@ -91,19 +94,32 @@ fn lowest_urgency_first_drops_the_job_that_could_still_make_it() {
 
 #[test]
 fn urgency_by_absolute_deadlines_stays_at_zero() {
-    // S_i = d_i - t with d_i an instant (Definition 4) and t the time since the release: 1 s after the start of the clock a
-    // job of 30 ms scores 3 % at the moment it is late.
-    let (released, deadline) = (1_000.0_f64, 30.0);
+    // S_i = d_i - t with d_i an instant (Definition 4) and t the time since the release: half a second after the start of the
+    // clock a job of 26 ms scores 5 % at the moment it is late, and one that came 10 ms later and is in time still less. So
+    // whoever scores least goes, and it is not whoever is least urgent: it is whoever came last.
     let score = |due: f64, elapsed: f64| (1.0 - (due - elapsed) / due).clamp(0.0, 1.0);
-    assert!(score(released + deadline, deadline) < 0.03);
-    assert!((score(deadline, deadline) - 1.0).abs() < 1e-9, "relative to the release it is 1");
+    let (at, deadline, elapsed) = (500.0, 10.0, 10.0);
+    assert!(score(at + deadline, elapsed) < 0.05, "of a job at its deadline");
+    assert!((score(deadline, elapsed) - 1.0).abs() < 1e-9, "relative to the release it is 1");
+    // The scheduler scores by the time since the release, so that the same happens at every time of day.
+    let sheds = |at: u64| -> Vec<(String, u64)> {
+        let tasks =
+            [node("busy", at, 32, 900), node("late", at + 16, 10, 10), node("fresh", at + 26, 10, 40)];
+        let report = run(1, &tasks.concat(), Policy::Red);
+        report.sheds.iter().flatten().map(|shed| (shed.task.clone(), shed.at_ns - at * MS)).collect()
+    };
+    assert_eq!(sheds(0), sheds(500));
+    assert_eq!(sheds(0).len(), 1);
 }
 
 #[test]
 fn smallest_d_np_first_misses_what_edf_meets() {
     // D_np is WCET plus contention: the shortest atomic node first, whenever it is due.
     let (short, long) = ((2, 100), (5, 6));
-    assert!(short.0 < long.0 && short.0 + long.0 > long.1, "the long one ends at 7 and was due at 6");
+    let both = dag(&[short.0, long.0], &[]);
+    let by = |keys: [u64; 2]| schedule(&both, 1, |node| keys[node.index()] as i64, false);
+    assert_eq!(by([short.0, long.0]), [2, 7], "by D_np the long one ends at 7 and was due at 6");
+    assert_eq!(by([short.1, long.1]), [7, 5], "by deadlines both are in time");
     let tasks = [node("short", 0, short.0, short.1), node("long", 0, long.0, long.1)].concat();
     for policy in [Policy::Edf, Policy::Redrt] {
         let report = run(1, &tasks, policy);
@@ -115,7 +131,11 @@ fn smallest_d_np_first_misses_what_edf_meets() {
 fn algorithm_2_leaves_all_lanes_but_one_idle() {
     // It executes the task that it picked before it picks the next: two nodes of 10 take 20, on two lanes, too.
     let (cost, deadline) = (10, 15);
-    assert!(cost + cost > deadline);
+    let picked_one_by_one = dag(&[cost, cost], &[(0, 1)]);
+    let picked_by_lanes = dag(&[cost, cost], &[]);
+    let last_end = |graph| schedule(graph, 2, |_| 0, false).into_iter().max();
+    assert_eq!(last_end(&picked_one_by_one), Some(20));
+    assert!(last_end(&picked_one_by_one) > Some(deadline) && last_end(&picked_by_lanes) <= Some(deadline));
     let report = run(2, &[node("a", 0, cost, deadline), node("b", 0, cost, deadline)].concat(), Policy::Red);
     assert!(on_time(&report, "a") && on_time(&report, "b"));
 }
@@ -131,24 +151,64 @@ fn barriers_across_dags_make_one_late_for_the_other() {
 
 #[test]
 fn a_residual_budget_below_zero_turns_the_order_round() {
-    // D - elapsed at 12 of 10: two levels of 3 and 1 get -1.5 and -0.5, so the second is due before the first.
-    let (now, budget) = (12.0, 10.0 - 12.0);
-    let due = [3.0, 4.0].map(|prefix| now + budget * prefix / 4.0);
-    assert!(due[1] < due[0]);
-    // A late job runs on in its order, each node due at the deadline.
-    let tasks = "[[task]]\nname = 'late'\nonce = true\ndeadline = '2ms'\nnode = [{ name = 'a', wcet = '5ms' }, \
-                 { name = 'b', wcet = '5ms', after = ['a'] }]\n";
-    let report = run(1, tasks, Policy::RedIda);
-    assert_eq!(row(&report, "late", "b").finish_ns, 10 * MS);
+    assert_eq!(
+        Config::RED_IDA.reassign,
+        Reassign::OnDispatch,
+        "what is left of the deadline is shared out again"
+    );
+    // `p` of 5 ms has a deadline of 2, and `y` of 1 comes after it; `x` of 3 is at the first level. When p ends -3 ms are left,
+    // shared out by level sums: x is due 2.25 ms ago, and y, behind it, 3 ms ago. So y goes first.
+    let (now, budget) = (5_000, 2_000 - 5_000);
+    let due = |prefix: i64| now + budget * prefix / 4;
+    let (x, y) = (due(3), due(4));
+    assert!(y < x);
+    let rest = dag(&[3, 1], &[]);
+    let by = |keys: [i64; 2]| schedule(&rest, 1, |node| keys[node.index()], false);
+    assert_eq!(by([x, y]), [4, 1], "the level that was due last is first");
+    // Of a late job each node is due at the deadline, and its levels stay in their order.
+    assert_eq!(by([2_000, 2_000]), [3, 4]);
+    let tasks = "[[task]]\nname = 'late'\nonce = true\ndeadline = '2ms'\nnode = [{ name = 'p', wcet = '5ms' }, \
+                 { name = 'x', wcet = '3ms' }, { name = 'y', wcet = '1ms', after = ['p'] }]\n";
+    let config = Config { gate: Gate::Precedence, shed: Shed::Never, ..Config::RED_IDA };
+    let report = configured(1, tasks, Policy::RedIda, config);
+    let start = |node| row(&report, "late", node).start_ns / MS;
+    assert_eq!([start("x"), start("y")], [5, 8]);
 }
 
 #[test]
 fn a_mean_of_eight_is_no_bound() {
-    let observed = [2, 8, 2, 8, 2, 8, 2, 8];
+    // Every second job takes 8 ms and the others 2, and 6 are allowed: by the mean of the last eight it fits.
+    let observed: Vec<u64> = (0..8).map(|job| if job % 2 == 0 { 2 } else { 8 }).collect();
     let mean = observed.iter().sum::<u64>() / 8;
-    let fits = |cost: u64| cost <= 6;
-    assert!(
-        fits(mean) && observed.iter().filter(|cost| !fits(**cost)).count() == 4,
-        "half of the jobs are late"
-    );
+    let file = |wcet_ms: u64| {
+        format!(
+            "[[pool]]\nname = 'gpu'\nlanes = 1\n[[task]]\nname = 't'\nperiod = '10ms'\ndeadline = '6ms'\n\
+             node = [{{ name = 'n', wcet = '{wcet_ms}ms' }}]\n"
+        )
+    };
+    let read = |wcet_ms| {
+        parse(file(wcet_ms).as_bytes(), Format::Toml, "case.toml").unwrap_or_else(|e| panic!("{e}"))
+    };
+    let fits =
+        |wcet_ms| plan::<red_sim::Lab>(&read(wcet_ms)).unwrap_or_else(|e| panic!("{e}")).admission.fits;
+    assert!(fits(mean) && !fits(8), "a test by the mean says yes, and one by the WCET no");
+    let late: usize = observed
+        .iter()
+        .filter(|ms| {
+            let workload = read(**ms);
+            let world = Drawn { workload: &workload, execution: Execution::Wcet, seed: 1 };
+            let options = Options {
+                policy: Policy::Redrt,
+                horizon_ns: 10 * MS,
+                seed: 1,
+                execution: Execution::Wcet,
+                preempt: false,
+                schedule: false,
+            };
+            let report =
+                simulate_in(&world, &workload, Config::REDRT, &options).unwrap_or_else(|e| panic!("{e}"));
+            report.tasks.iter().any(|task| task.missed == 1)
+        })
+        .count();
+    assert_eq!(late, 4, "half of the jobs");
 }

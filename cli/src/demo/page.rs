@@ -1,8 +1,9 @@
 //! The report of both runs, from their logs.
 
+use crate::happened;
 use crate::outcome::Failure;
 use crate::paper::real::PAPER;
-use crate::report::{self, Answer, Found};
+use crate::report::{self, Answer, Found, Report};
 use crate::session::{RunSummary, Session};
 use red_report::page::{self, Compared};
 use serde::Serialize;
@@ -16,12 +17,22 @@ struct Runs {
 /// Writes the page of these runs. `tries`: whether changes are tried that would have saved the jobs that missed.
 pub(super) fn write(path: &Path, sessions: &[Session], tries: bool) -> Result<(), Failure> {
     let (mut runs, mut answers, mut head) = (Vec::new(), Vec::new(), None);
-    for log in sessions.iter().filter_map(|session| session.record.as_ref()) {
+    for session in sessions {
+        let Some(log) = &session.record else { continue };
         match report::follow(log.path(), path, tries)? {
             Found::Equal(report) => {
-                runs.push(report.run);
-                answers.push(report.answer);
-                head.get_or_insert(report.head);
+                let Report { mut run, mut answer, head: made } = *report;
+                // A log has when a unit was given to its lane; the lanes know when they began.
+                answer.has_lanes_time(&session.summary.report.pools);
+                for (pool, measured) in run.pools.iter_mut().zip(&session.summary.report.pools) {
+                    pool.busy_ns = measured.busy_ns;
+                }
+                run.facts.extend(
+                    happened::notes(&session.summary).into_iter().map(|note| ("machine".to_owned(), note)),
+                );
+                runs.push(run);
+                answers.push(answer);
+                head.get_or_insert(made);
             }
             Found::Differs(input) => {
                 return Err(Failure::Machine(format!(

@@ -12,8 +12,8 @@ use red_report::results;
 /// How a column of the paper's values is called after what it measures.
 const PAPER: &str = ", paper";
 
-/// The page, with what `--json` prints in it.
-pub(super) fn of(tables: &[Table], seeds: u64) -> Result<String, Failure> {
+/// The page, which says what was `left` out, with what `--json` prints in it.
+pub(super) fn of(tables: &[Table], seeds: u64, left: Option<&str>) -> Result<String, Failure> {
     let title = match tables {
         [one] => one.title.to_owned(),
         _ => "The paper on trial".to_owned(),
@@ -25,11 +25,12 @@ pub(super) fn of(tables: &[Table], seeds: u64) -> Result<String, Failure> {
         [one] => (format!("redrt paper {} --seeds {seeds}", one.name), format!("{seeds} seeds")),
         _ => (format!("redrt paper --seeds {seeds}"), format!("{seeds} seeds")),
     };
+    let left = left.map_or_else(String::new, |left| format!("; {left}"));
     let head = Head {
         title,
         program: concat!("redrt ", env!("CARGO_PKG_VERSION")).to_owned(),
         about: format!(
-            "The RED paper's values beside ours; means over {means} with 95 % confidence intervals"
+            "The RED paper's values beside ours; means over {means} with 95 % confidence intervals{left}"
         ),
         data: to_json(&Tables::of(tables, seeds))?,
         command,

@@ -1,6 +1,6 @@
 //! A plan for people.
 
-use crate::table::{Table, signed, time};
+use crate::table::{Table, at_most, signed, time};
 use red_core::Duration;
 use red_workload::model::{Arrival, Task, Workload};
 use red_workload::plan::{Cure, Guarantee, Plan, Proof, TaskPlan};
@@ -129,7 +129,7 @@ fn in_words(proof: &Proof, is_change: bool) -> String {
     format!(
         "  {when}: response <= {} by {} ({bound}; W {work}, L {path}), {verdict} min(deadline, period) {}, margin \
          {}{but}",
-        Duration::from_nanos(proof.response_ns),
+        at_most(proof.response_ns),
         proof.bound,
         Duration::from_nanos(proof.limit_ns),
         signed(proof.margin_ns),
@@ -160,19 +160,21 @@ fn together(plan: &Plan) -> String {
         let proof = slowest.and_then(|version| version.proof.as_ref());
         lines.push(match task.response_ns.zip(proof) {
             Some((ns, proof)) => {
-                format!(
-                    "  task `{}`: response <= {} by {}",
-                    task.name,
-                    Duration::from_nanos(ns),
-                    proof.name()
-                )
+                format!("  task `{}`: response <= {} by {}", task.name, at_most(ns), proof.name())
             }
             None => format!("  task `{}`: not proved", task.name),
         });
     }
+    if tasks.iter().any(|task| task.response_ns.is_none())
+        && tasks.iter().any(|task| task.response_ns.is_some())
+    {
+        lines.push(
+            "  (jobs of these that may be given up may be so for a task that is not proved)".to_owned(),
+        );
+    }
     if let Some(division) = &plan.division {
         lines.push(format!(
-            "with these clusters {} of {} tasks are proved:\n{division}",
+            "with these clusters {} of {} tasks are proved; put into the file:\n{division}",
             division.proved,
             tasks.len()
         ));
@@ -203,7 +205,7 @@ fn verdict(plan: &Plan) -> String {
 }
 
 /// A margin of the binding test, in what the test measures.
-fn of_limit(plan: &Plan, margin_ns: i128) -> String {
+pub(crate) fn of_limit(plan: &Plan, margin_ns: i128) -> String {
     let unit =
         if plan.admission.binding.starts_with("utilisation") { " of lane time per second" } else { "" };
     format!("{}{unit}", signed(margin_ns))

@@ -1,6 +1,7 @@
 //! What admission says of a workload, in words.
 
-use crate::table::signed;
+use crate::plan::of_limit;
+use crate::table::at_most;
 use red_core::Duration;
 use red_workload::plan::{Guarantee, Plan, Proof};
 
@@ -18,7 +19,7 @@ pub(super) fn words(plan: &Plan) -> Vec<String> {
     };
     let mut lines = vec![
         format!("{verdict}{worth}."),
-        format!("Binding: {}, margin {}.", admission.binding, signed(admission.margin_ns)),
+        format!("Binding: {}, margin {}.", admission.binding, of_limit(plan, admission.margin_ns)),
     ];
     for task in &plan.tasks {
         lines.push(format!("{}: {}", task.name, bound(&task.certificate.base)));
@@ -42,7 +43,7 @@ fn together(plan: &Plan) -> Vec<String> {
         Some(ns) => format!(
             "{}, beside all other tasks: every job is proved to end within {} of its release.",
             task.name,
-            Duration::from_nanos(ns)
+            at_most(ns)
         ),
         None => format!("{}, beside all other tasks: nothing is proved.", task.name),
     };
@@ -63,7 +64,7 @@ fn bound(proof: &Proof) -> String {
     };
     format!(
         "a job alone ends within {} by {}, {verdict} the limit of {}{but}.",
-        Duration::from_nanos(proof.response_ns),
+        at_most(proof.response_ns),
         name,
         Duration::from_nanos(proof.limit_ns)
     )

@@ -64,10 +64,10 @@ impl fmt::Display for Division {
             let here = self.clusters.iter().filter(|cluster| cluster.pool == pool);
             let list: Vec<String> =
                 here.map(|c| format!("{{ name = \"{}\", lanes = {} }}", c.name, c.lanes)).collect();
-            writeln!(f, "  pool `{pool}`: clusters = [{}]", list.join(", "))?;
+            writeln!(f, "  to pool `{pool}`:\n    clusters = [{}]", list.join(", "))?;
         }
         for Divided { name, tasks, .. } in self.clusters.iter().filter(|cluster| !cluster.tasks.is_empty()) {
-            writeln!(f, "  {}: cluster = \"{name}\"", tasks.join(", "))?;
+            writeln!(f, "  to {}:\n    cluster = \"{name}\"", tasks.join(", "))?;
         }
         Ok(())
     }

@@ -16,10 +16,15 @@ fn a_division_that_is_written_into_the_file_proves_what_it_says() {
     assert_eq!(found.proved, 3);
     let lines = found.to_string();
     assert!(
-        lines.contains("pool `gpu`: clusters = [{ name = \"c1\", lanes = 1 }, { name = \"c2\", lanes = 1 }]"),
+        lines.contains(
+            "to pool `gpu`:\n    clusters = [{ name = \"c1\", lanes = 1 }, { name = \"c2\", lanes = 1 }]"
+        ),
         "{lines}"
     );
-    assert!(lines.contains("t2: cluster = \"c1\"") && lines.contains("t0, t1: cluster = \"c2\""), "{lines}");
+    assert!(
+        lines.contains("to t2:\n    cluster = \"c1\"") && lines.contains("to t0, t1:\n    cluster = \"c2\""),
+        "{lines}"
+    );
     let task = |name: &str, cluster: &str, wcet: u64, deadline: u64| {
         format!(
             "[[task]]\nname = \"{name}\"\ncluster = \"{cluster}\"\ndeadline = \"{deadline}ms\"\nperiod = \"100ms\"\n\
