@@ -119,7 +119,7 @@ pub(super) fn run(run: &Run<'_>) -> Result<Table, PaperError> {
                 paper: "-".to_owned(),
                 ours: match behind.len() {
                     0 => "nowhere".to_owned(),
-                    _ => format!("behind at {}", behind.join(", ")),
+                    _ => format!("behind at {}", behind.join("; ")),
                 },
                 verdict: if behind.is_empty() { Verdict::Holds } else { Verdict::Loses },
                 why: if behind.is_empty() { "" } else { BEHIND },

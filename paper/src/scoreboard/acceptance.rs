@@ -291,4 +291,5 @@ fn beside(points: &[Point], scores: &[Scores], ours: (&str, usize), baseline: (&
 }
 
 const ONE_LANE: &str = "on one lane only work counts, and not the path after a node: there the order of deadlines is right \
-                        (Jackson 1955), and that of latest starts puts long nodes first, which cannot be stopped";
+                        (Jackson 1955), and that of latest starts puts long nodes first; under overload it spends more on \
+                        jobs that miss";
