@@ -15,8 +15,8 @@ use red_rt::stop::StopBy;
 use red_rt::timeline::{Host, Releases};
 use std::sync::Arc;
 
-/// One task of a few nodes on a few streams.
-pub(crate) type Robot = Caps<1, 16, 16, 8, 2, 1, 64>;
+/// One task of a few nodes on a few streams. A machine that stands still for a while has as many jobs at once as it missed.
+pub(crate) type Robot = Caps<1, 16, 64, 8, 2, 1, 64>;
 
 /// Priority of lanes, as in a run of `redrt`.
 const PRIORITY: u8 = 70;
