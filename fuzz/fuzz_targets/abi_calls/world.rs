@@ -173,6 +173,11 @@ impl<'a> World<'a> {
         self.wrong.is_empty()
     }
 
+    /// Time goes on to then, if it has not come that far.
+    pub(crate) fn pass_until(&mut self, then: u64) {
+        self.now = self.now.max(then);
+    }
+
     /// A time: mostly a little later, sometimes before the last one, rarely far away.
     pub(crate) fn clock(&mut self) -> u64 {
         if self.careful {
