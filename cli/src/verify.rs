@@ -1,5 +1,7 @@
 //! `redrt verify`: a certificate against the workload that it is about.
 
+mod unique;
+
 use crate::outcome::{Answer, Failure};
 use crate::output;
 use red_certificate::{Certificate, Guarantee, verify};
@@ -9,6 +11,7 @@ use red_workload::shown_path;
 use serde::Serialize;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
+use unique::Unique;
 
 /// Size of the largest certificate, in bytes.
 const MOST_BYTES: u64 = 64 << 20;
@@ -82,6 +85,7 @@ fn read(path: &Path) -> Result<Value, Failure> {
         return Err(wrong(format!("not a regular file of at most {} MiB", MOST_BYTES >> 20)));
     }
     let bytes = std::fs::read(path).map_err(|error| wrong(format!("cannot read it: {error}")))?;
+    let _: Unique = serde_json::from_slice(&bytes).map_err(|error| wrong(format!("no JSON: {error}")))?;
     let value: Value = serde_json::from_slice(&bytes).map_err(|error| wrong(format!("no JSON: {error}")))?;
     if value.is_object() { Ok(value) } else { Err(wrong("no JSON object".to_owned())) }
 }
