@@ -4,30 +4,36 @@
 mod counterexamples;
 
 use counterexamples::{dag, schedule};
-use red_core::{Config, Gate, Reassign, Shed};
-use red_sim::{Drawn, Execution, Options, Report, Row, simulate_in};
+use red_core::{Config, Duration, Estimator, Gate, Node, Reassign, Shed, Wcet};
+use red_sim::{Drawn, Execution, Lab, Options, Report, Row, simulate_in};
+use red_workload::model::Workload;
 use red_workload::plan::plan;
 use red_workload::policy::Policy;
 use red_workload::{Format, parse};
 
 const MS: u64 = 1_000_000;
-/// gamma of DynamicMerge.
-const GAMMA_MS: u64 = 100;
-
 /// A second of tasks on a pool.
 fn run(lanes: u32, tasks: &str, policy: Policy) -> Report {
     configured(lanes, tasks, policy, policy.config())
 }
 
-fn configured(lanes: u32, tasks: &str, policy: Policy, config: Config) -> Report {
+fn read(lanes: u32, tasks: &str) -> Workload {
     let head =
         format!("[[pool]]\nname = 'gpu'\nlanes = {lanes}\n[[sensor]]\nname = 'front'\nperiod = '1s'\n");
-    let file = head + tasks;
-    let workload = parse(file.as_bytes(), Format::Toml, "case.toml").unwrap_or_else(|e| panic!("{e}"));
+    parse((head + tasks).as_bytes(), Format::Toml, "case.toml").unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn configured(lanes: u32, tasks: &str, policy: Policy, config: Config) -> Report {
+    let workload = read(lanes, tasks);
     let (horizon_ns, execution) = (1_000 * MS, Execution::Wcet);
     let world = Drawn { workload: &workload, execution, seed: 1 };
     let options = Options { policy, horizon_ns, seed: 1, execution, preempt: false, schedule: true };
     simulate_in(&world, &workload, config, &options).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// gamma of DynamicMerge; without merging nothing is within it.
+fn gamma_ms() -> u64 {
+    Config::RED.merge_skew.map_or(0, |gamma| gamma.as_nanos() / MS)
 }
 
 /// A job of one node.
@@ -58,7 +64,7 @@ fn on_time(report: &Report, task: &str) -> bool {
 
 #[test]
 fn the_merge_predicate_is_not_transitive() {
-    let merges = |a: u64, b: u64| a.abs_diff(b) <= GAMMA_MS;
+    let merges = |a: u64, b: u64| a.abs_diff(b) <= gamma_ms();
     assert!(merges(0, 80) && merges(80, 160) && !merges(0, 160));
     // Our window begins at its first member. A lane that is taken until 170 ms has all three wait.
     let tasks = [node("busy", 0, 170, 200), stage("a", 0, 900), stage("b", 80, 900), stage("c", 160, 900)];
@@ -72,8 +78,7 @@ fn the_merge_predicate_is_not_transitive() {
 #[test]
 fn a_unit_that_waits_for_a_member_within_gamma_misses_a_deadline_of_30_ms() {
     let (u, v) = (0, 90);
-    let gamma = Config::RED.merge_skew.map_or(0, |gamma| gamma.as_nanos() / MS);
-    assert!(v - u <= gamma, "the rule merges the two");
+    assert!(v - u <= gamma_ms(), "the rule merges the two");
     assert!(u64::max(u, v) + 11 > 30, "and the unit begins when its last member is there");
     let report = run(1, &[stage("u", u, 30), stage("v", v, 30)].concat(), Policy::Red);
     assert_eq!(row(&report, "u", "s.encoder").start_ns, 0, "a unit is formed of members that are ready");
@@ -94,22 +99,21 @@ fn lowest_urgency_first_drops_the_job_that_could_still_make_it() {
 
 #[test]
 fn urgency_by_absolute_deadlines_stays_at_zero() {
-    // S_i = d_i - t with d_i an instant (Definition 4) and t the time since the release: half a second after the start of the
-    // clock a job of 26 ms scores 5 % at the moment it is late, and one that came 10 ms later and is in time still less. So
-    // whoever scores least goes, and it is not whoever is least urgent: it is whoever came last.
+    // S_i = d_i - t with d_i an instant (Definition 4) and t the time since the release. At 515 ms `tight` has 10 of its 20 ms
+    // left, and `calm` 87 of its 100. By instants both score next to nothing, and `tight` less, since it came last.
     let score = |due: f64, elapsed: f64| (1.0 - (due - elapsed) / due).clamp(0.0, 1.0);
-    let (at, deadline, elapsed) = (500.0, 10.0, 10.0);
-    assert!(score(at + deadline, elapsed) < 0.05, "of a job at its deadline");
-    assert!((score(deadline, elapsed) - 1.0).abs() < 1e-9, "relative to the release it is 1");
-    // The scheduler scores by the time since the release, so that the same happens at every time of day.
-    let sheds = |at: u64| -> Vec<(String, u64)> {
-        let tasks =
-            [node("busy", at, 32, 900), node("late", at + 16, 10, 10), node("fresh", at + 26, 10, 40)];
+    let (drop, calm, tight) = (515.0, (502.0, 100.0), (505.0, 20.0));
+    let absolute = |(release, deadline): (f64, f64)| score(release + deadline, drop - release);
+    let relative = |(release, deadline): (f64, f64)| score(deadline, drop - release);
+    assert!(absolute(tight) < absolute(calm) && absolute(calm) < 0.03);
+    assert!(relative(calm) < relative(tight) && relative(tight) > 0.4);
+    // The scheduler scores by the time since the release: the less urgent goes, at every time of day.
+    for at in [0, 500] {
+        let tasks = [node("busy", at, 60, 900), node("calm", at + 2, 10, 100), node("tight", at + 5, 1, 20)];
         let report = run(1, &tasks.concat(), Policy::Red);
-        report.sheds.iter().flatten().map(|shed| (shed.task.clone(), shed.at_ns - at * MS)).collect()
-    };
-    assert_eq!(sheds(0), sheds(500));
-    assert_eq!(sheds(0).len(), 1);
+        let first = report.sheds.iter().flatten().next().map(|shed| (&*shed.task, shed.at_ns / MS - at));
+        assert_eq!(first, Some(("calm", 15)));
+    }
 }
 
 #[test]
@@ -177,38 +181,14 @@ fn a_residual_budget_below_zero_turns_the_order_round() {
 
 #[test]
 fn a_mean_of_eight_is_no_bound() {
-    // Every second job takes 8 ms and the others 2, and 6 are allowed: by the mean of the last eight it fits.
-    let observed: Vec<u64> = (0..8).map(|job| if job % 2 == 0 { 2 } else { 8 }).collect();
-    let mean = observed.iter().sum::<u64>() / 8;
-    let file = |wcet_ms: u64| {
-        format!(
-            "[[pool]]\nname = 'gpu'\nlanes = 1\n[[task]]\nname = 't'\nperiod = '10ms'\ndeadline = '6ms'\n\
-             node = [{{ name = 'n', wcet = '{wcet_ms}ms' }}]\n"
-        )
-    };
-    let read = |wcet_ms| {
-        parse(file(wcet_ms).as_bytes(), Format::Toml, "case.toml").unwrap_or_else(|e| panic!("{e}"))
-    };
-    let fits =
-        |wcet_ms| plan::<red_sim::Lab>(&read(wcet_ms)).unwrap_or_else(|e| panic!("{e}")).admission.fits;
+    // Every second job takes 8 ms and the others 2, and 6 are allowed.
+    let observed = [2, 8, 2, 8, 2, 8, 2, 8];
+    let mut window = Estimator::new(&Node::new(Wcet::from_millis(8)));
+    observed.iter().for_each(|ms| window.push(Duration::from_millis(*ms)));
+    let mean = window.mean().map_or(0, |mean| mean.as_nanos() / MS);
+    let job = |ms| node("job", 0, ms, 6);
+    let fits = |ms| plan::<Lab>(&read(1, &job(ms))).unwrap_or_else(|e| panic!("{e}")).admission.fits;
     assert!(fits(mean) && !fits(8), "a test by the mean says yes, and one by the WCET no");
-    let late: usize = observed
-        .iter()
-        .filter(|ms| {
-            let workload = read(**ms);
-            let world = Drawn { workload: &workload, execution: Execution::Wcet, seed: 1 };
-            let options = Options {
-                policy: Policy::Redrt,
-                horizon_ns: 10 * MS,
-                seed: 1,
-                execution: Execution::Wcet,
-                preempt: false,
-                schedule: false,
-            };
-            let report =
-                simulate_in(&world, &workload, Config::REDRT, &options).unwrap_or_else(|e| panic!("{e}"));
-            report.tasks.iter().any(|task| task.missed == 1)
-        })
-        .count();
+    let late = observed.iter().filter(|ms| !on_time(&run(1, &job(**ms), Policy::Redrt), "job")).count();
     assert_eq!(late, 4, "half of the jobs");
 }
