@@ -4,7 +4,7 @@ use crate::graph::Shape;
 use crate::inequality::{Claim, World};
 use crate::work::Load;
 use crate::{Certificate, Guarantee, Rejected, Set, Task, TaskProof, VERSION, VersionProof};
-use std::fmt::Debug;
+use serde::Serialize;
 
 /// Whether a certificate proves what it states of this set. Times are in nanoseconds; it takes time linear in the
 /// inequalities that the certificate names, times nodes and jobs that the set has room for.
@@ -193,7 +193,7 @@ fn partners(certificate: &Certificate, set: &Set) -> Result<(), Rejected> {
             .find(|(other, proof)| proof.response_ns.is_none() && shares(other));
         if task.waits || open.is_some() {
             let place = format!("response_ns of task {}", task.name);
-            return Err(differs(&place, "none".to_owned(), words(&proof.response_ns)));
+            return Err(differs(&place, words(&None::<u64>), words(&proof.response_ns)));
         }
     }
     Ok(())
@@ -251,7 +251,7 @@ fn proofs(certificate: &Certificate, world: &World<'_>) -> Result<(), Rejected> 
     Ok(())
 }
 
-fn same<T: PartialEq + Debug + ?Sized>(place: &str, expected: &T, stated: &T) -> Result<(), Rejected> {
+fn same<T: PartialEq + Serialize + ?Sized>(place: &str, expected: &T, stated: &T) -> Result<(), Rejected> {
     if expected == stated {
         return Ok(());
     }
@@ -259,10 +259,9 @@ fn same<T: PartialEq + Debug + ?Sized>(place: &str, expected: &T, stated: &T) ->
 }
 
 /// A value as it stands in a certificate.
-fn words<T: Debug + ?Sized>(value: &T) -> String {
-    let text = format!("{value:?}");
-    let inner = text.strip_prefix("Some(").and_then(|text| text.strip_suffix(')'));
-    inner.map_or_else(|| text.replace("None", "none"), str::to_owned)
+fn words<T: Serialize + ?Sized>(value: &T) -> String {
+    // Plain data has a JSON form.
+    serde_json::to_string(value).unwrap_or_default()
 }
 
 fn differs(place: &str, expected: String, stated: String) -> Rejected {

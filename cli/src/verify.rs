@@ -85,8 +85,7 @@ fn read(path: &Path) -> Result<Value, Failure> {
         return Err(wrong(format!("not a regular file of at most {} MiB", MOST_BYTES >> 20)));
     }
     let bytes = std::fs::read(path).map_err(|error| wrong(format!("cannot read it: {error}")))?;
-    let _: Unique = serde_json::from_slice(&bytes).map_err(|error| wrong(format!("no JSON: {error}")))?;
-    let value: Value = serde_json::from_slice(&bytes).map_err(|error| wrong(format!("no JSON: {error}")))?;
+    let Unique(value) = serde_json::from_slice(&bytes).map_err(|error| wrong(format!("no JSON: {error}")))?;
     if value.is_object() { Ok(value) } else { Err(wrong("no JSON object".to_owned())) }
 }
 

@@ -2,63 +2,69 @@
 
 use serde::de::{Error, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
-use std::collections::BTreeSet;
+use serde_json::{Map, Value};
 use std::fmt;
 
-/// What was read was such JSON.
-pub(super) struct Unique;
+/// Such JSON.
+pub(super) struct Unique(pub(super) Value);
 
 impl<'de> Deserialize<'de> for Unique {
     fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
-        from.deserialize_any(Self)
+        from.deserialize_any(Reader).map(Self)
     }
 }
 
-impl<'de> Visitor<'de> for Unique {
-    type Value = Self;
+struct Reader;
+
+impl<'de> Visitor<'de> for Reader {
+    type Value = Value;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str("JSON")
     }
 
-    fn visit_map<M: MapAccess<'de>>(self, mut map: M) -> Result<Self, M::Error> {
-        let mut seen = BTreeSet::new();
-        while let Some((key, Self)) = map.next_entry::<String, Self>()? {
-            if !seen.insert(key.clone()) {
+    fn visit_map<M: MapAccess<'de>>(self, mut from: M) -> Result<Value, M::Error> {
+        let mut map = Map::new();
+        while let Some((key, Unique(value))) = from.next_entry::<String, Unique>()? {
+            if map.contains_key(&key) {
                 let twice = red_workload::shown(&key);
                 return Err(M::Error::custom(format!("the key `{twice}` is there twice")));
             }
+            map.insert(key, value);
         }
-        Ok(self)
+        Ok(map.into())
     }
 
-    fn visit_seq<S: SeqAccess<'de>>(self, mut list: S) -> Result<Self, S::Error> {
-        while list.next_element::<Self>()?.is_some() {}
-        Ok(self)
+    fn visit_seq<S: SeqAccess<'de>>(self, mut from: S) -> Result<Value, S::Error> {
+        let mut list = Vec::new();
+        while let Some(Unique(value)) = from.next_element()? {
+            list.push(value);
+        }
+        Ok(list.into())
     }
 
-    fn visit_unit<E>(self) -> Result<Self, E> {
-        Ok(self)
+    fn visit_unit<E>(self) -> Result<Value, E> {
+        Ok(Value::Null)
     }
 
-    fn visit_bool<E>(self, _: bool) -> Result<Self, E> {
-        Ok(self)
+    fn visit_bool<E>(self, value: bool) -> Result<Value, E> {
+        Ok(value.into())
     }
 
-    fn visit_i64<E>(self, _: i64) -> Result<Self, E> {
-        Ok(self)
+    fn visit_i64<E>(self, value: i64) -> Result<Value, E> {
+        Ok(value.into())
     }
 
-    fn visit_u64<E>(self, _: u64) -> Result<Self, E> {
-        Ok(self)
+    fn visit_u64<E>(self, value: u64) -> Result<Value, E> {
+        Ok(value.into())
     }
 
-    fn visit_f64<E>(self, _: f64) -> Result<Self, E> {
-        Ok(self)
+    fn visit_f64<E>(self, value: f64) -> Result<Value, E> {
+        Ok(value.into())
     }
 
-    fn visit_str<E>(self, _: &str) -> Result<Self, E> {
-        Ok(self)
+    fn visit_str<E>(self, value: &str) -> Result<Value, E> {
+        Ok(value.into())
     }
 }
 
@@ -68,11 +74,14 @@ mod tests {
 
     #[test]
     fn a_key_that_is_there_twice_is_seen_wherever_it_is() {
-        let read =
-            |text: &str| serde_json::from_str::<Unique>(text).map(|_| ()).map_err(|error| error.to_string());
-        assert_eq!(read(r#"{"a": [1, -1, 0.5, null, true, "x", {"a": {}}], "b": {"a": 1}}"#), Ok(()));
+        let read = |text: &str| serde_json::from_str(text).map(|Unique(value)| value);
+        let good = r#"{"a": [1, -1, 0.5, null, true, "x", {"a": {}}], "b": {"a": 1}}"#;
+        assert_eq!(read(good).unwrap(), serde_json::from_str::<Value>(good).unwrap());
         for text in [r#"{"a": 1, "a": 1}"#, r#"[{"b": {"a": 1, "c": 2, "a": 3}}]"#] {
-            assert!(read(text).is_err_and(|error| error.contains("the key `a` is there twice")), "{text}");
+            assert!(
+                read(text).is_err_and(|error| error.to_string().contains("the key `a` is there twice")),
+                "{text}"
+            );
         }
     }
 }
