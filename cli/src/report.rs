@@ -24,7 +24,7 @@ use red_record::class::{self, with_class};
 use red_record::{Broken, Header, Replay};
 use red_report::model::Run;
 use red_report::page::{self, Head};
-use red_sim::Lab;
+use red_sim::{Lab, PoolMetrics};
 use red_workload::{shown, shown_path};
 use rescue::Recorded;
 use std::path::{Path, PathBuf};
@@ -78,7 +78,7 @@ pub(crate) fn main(args: &Args) -> Result<outcome::Answer, Failure> {
             shown_path(&out)
         )));
     }
-    let followed = match follow(&args.log, &out, true)? {
+    let followed = match follow(&args.log, &out, true, &[])? {
         Found::Equal(followed) => followed,
         Found::Differs(input) => {
             let log = shown_path(&args.log);
@@ -107,15 +107,27 @@ pub(crate) fn to_json(value: &impl serde::Serialize) -> Result<String, Failure> 
         .map_err(|e| Failure::Machine(format!("cannot write the answer as JSON: {e}")))
 }
 
-/// Follows a log to its end. `tries`: whether changes are tried that would have saved the jobs that missed.
-pub(crate) fn follow(path: &Path, page: &Path, tries: bool) -> Result<Found, Failure> {
+/// Follows a log to its end. `tries`: whether changes are tried that would have saved the jobs that missed. `measured`: pools as
+/// their lanes saw them, where that is known; a log has when a unit was given to its lane, and not when that began.
+pub(crate) fn follow(
+    path: &Path,
+    page: &Path,
+    tries: bool,
+    measured: &[PoolMetrics],
+) -> Result<Found, Failure> {
     let refused = |refused: Refused| refused.tell(false, None, None);
     let log = replay::read(path).map_err(refused)?;
     let by_calls = log.header().config.is_some();
-    if by_calls { of_calls(path, page, log) } else { of_workload(path, page, log, tries) }
+    if by_calls { of_calls(path, page, log) } else { of_workload(path, page, log, tries, measured) }
 }
 
-fn of_workload(path: &Path, page: &Path, log: Log, tries: bool) -> Result<Found, Failure> {
+fn of_workload(
+    path: &Path,
+    page: &Path,
+    log: Log,
+    tries: bool,
+    measured: &[PoolMetrics],
+) -> Result<Found, Failure> {
     let mut opened = replay::set_up(path, log).map_err(|refused| refused.tell(false, None, None))?;
     let mut collector =
         Collector::new(&opened.workload, &opened.plan.nodes, &opened.scheduler, &opened.tasks);
@@ -130,6 +142,9 @@ fn of_workload(path: &Path, page: &Path, log: Log, tries: bool) -> Result<Found,
     let until_ns = header.duration_ns.min(end_ns);
     let (mut run, tasks, figures) =
         progress::during("explaining", || made::made(collector, until_ns, end_ns));
+    for (pool, measured) in run.pools.iter_mut().zip(measured) {
+        pool.busy_ns = measured.busy_ns;
+    }
     if tries {
         let workload = &opened.workload;
         let horizon_ns = |changed: &_| {

@@ -19,14 +19,9 @@ pub(super) fn write(path: &Path, sessions: &[Session], tries: bool) -> Result<()
     let (mut runs, mut answers, mut head) = (Vec::new(), Vec::new(), None);
     for session in sessions {
         let Some(log) = &session.record else { continue };
-        match report::follow(log.path(), path, tries)? {
+        match report::follow(log.path(), path, tries, &session.summary.report.pools)? {
             Found::Equal(report) => {
-                let Report { mut run, mut answer, head: made } = *report;
-                // A log has when a unit was given to its lane; the lanes know when they began.
-                answer.has_lanes_time(&session.summary.report.pools);
-                for (pool, measured) in run.pools.iter_mut().zip(&session.summary.report.pools) {
-                    pool.busy_ns = measured.busy_ns;
-                }
+                let Report { mut run, answer, head: made } = *report;
                 run.facts.extend(
                     happened::notes(&session.summary).into_iter().map(|note| ("machine".to_owned(), note)),
                 );

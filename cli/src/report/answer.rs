@@ -102,13 +102,6 @@ struct Change {
 }
 
 impl Answer {
-    /// Takes what lanes measured themselves.
-    pub(crate) fn has_lanes_time(&mut self, pools: &[PoolMetrics]) {
-        for (pool, measured) in self.pools.iter_mut().zip(pools) {
-            pool.busy_ns = measured.busy_ns;
-        }
-    }
-
     pub(crate) fn of(run: &Run, tasks: Vec<TaskMetrics>, about: About) -> Self {
         let lanes = |pool: usize| run.lanes.iter().filter(|lane| lane.pool == pool).count();
         let pools = run.pools.iter().enumerate().map(|(number, pool)| PoolMetrics {
