@@ -27,10 +27,13 @@ pub fn divide(set: &Set, proved: &Certificate) -> Option<(Set, Certificate)> {
             pools.push(&cluster.pool);
         }
     }
-    let divided =
-        pools.iter().fold(set.clone(), |divided, pool| divide_pool(&divided, pool).unwrap_or(divided));
-    let certificate = prove(&divided);
-    (count(&certificate) > count(proved)).then_some((divided, certificate))
+    let mut best: Option<(Set, Certificate)> = None;
+    for pool in pools {
+        let (set, proved) = best.as_ref().map_or((set, proved), |(set, proved)| (set, proved));
+        let more = divide_pool(set, pool).filter(|(_, certificate)| count(certificate) > count(proved));
+        best = more.or(best);
+    }
+    best
 }
 
 fn count(certificate: &Certificate) -> usize {
@@ -62,7 +65,8 @@ struct Pool<'a> {
     tasks: Vec<usize>,
 }
 
-fn divide_pool(set: &Set, name: &str) -> Option<Set> {
+/// Of both orders the one that proves more.
+fn divide_pool(set: &Set, name: &str) -> Option<(Set, Certificate)> {
     let is_here = |cluster: usize| set.clusters[cluster].pool == name;
     let lanes = set.clusters.iter().filter(|cluster| cluster.pool == name).map(|cluster| cluster.lanes).sum();
     let clusters_of = |task: &Task| -> Vec<usize> {
@@ -78,15 +82,15 @@ fn divide_pool(set: &Set, name: &str) -> Option<Set> {
     let pool = Pool { set, name, lanes, tasks };
     let of = |order| {
         let divided = with_clusters(set, name, &pool.divided(order));
-        let proved = count(&prove(&divided));
-        (divided, proved)
+        let certificate = prove(&divided);
+        (divided, certificate)
     };
-    let (spread, proved) = of(Order::Spread);
-    if proved == set.tasks.len() {
+    let spread = of(Order::Spread);
+    if count(&spread.1) == set.tasks.len() {
         return Some(spread);
     }
-    let (packed, more) = of(Order::Packed);
-    Some(if more > proved { packed } else { spread })
+    let packed = of(Order::Packed);
+    Some(if count(&packed.1) > count(&spread.1) { packed } else { spread })
 }
 
 /// Work over so much time, in millionths: as exact as an order needs.
