@@ -185,7 +185,7 @@ fn table(found: &Found, about: &About) -> Table {
     for (scenario, systems) in SCENARIOS.iter().zip(found) {
         for (policy, runs) in Policy::ALL.iter().zip(systems) {
             let mean = |of: Of| Cell::from(Estimate::of(&runs.iter().map(of).collect::<Vec<f64>>()));
-            let against = |of: Of| Cell::from(change(runs, &systems[0], of));
+            let against = |of: Of, by| Cell::from(paired(runs, &systems[0], of, by));
             rows.push(vec![
                 Cell::from(scenario.name),
                 Cell::from(policy.name().to_uppercase()),
@@ -193,9 +193,9 @@ fn table(found: &Found, about: &About) -> Table {
                 mean(|m| m.missed),
                 mean(|m| m.given_up),
                 mean(|m| m.quality),
-                against(|m| m.latency_ms),
-                Cell::from(points(runs, &systems[0], |m| m.missed)),
-                against(|m| m.quality),
+                against(|m| m.latency_ms, change),
+                against(|m| m.missed, points),
+                against(|m| m.quality, change),
             ]);
         }
     }
@@ -232,17 +232,20 @@ fn table(found: &Found, about: &About) -> Table {
     }
 }
 
-/// By how many percent a measure differs, round by round.
-fn change(ours: &[Measured], theirs: &[Measured], of: Of) -> Option<Estimate> {
+/// What a measure of ours makes of theirs, round by round.
+fn paired(ours: &[Measured], theirs: &[Measured], of: Of, by: fn(f64, f64) -> f64) -> Option<Estimate> {
     let of_all = |runs: &[Measured]| runs.iter().map(of).collect::<Vec<f64>>();
-    let changes = Estimate::paired(&of_all(ours), &of_all(theirs), |a, b| 100.0 * (a / b - 1.0));
-    changes.filter(|e| e.mean.is_finite())
+    Estimate::paired(&of_all(ours), &of_all(theirs), by).filter(|e| e.mean.is_finite())
 }
 
-/// By how many percentage points a share differs, round by round: that of EDF may be none at all.
-fn points(ours: &[Measured], theirs: &[Measured], of: Of) -> Option<Estimate> {
-    let of_all = |runs: &[Measured]| runs.iter().map(of).collect::<Vec<f64>>();
-    Estimate::paired(&of_all(ours), &of_all(theirs), |a, b| 100.0 * (a - b))
+/// By how many percent a measure differs.
+fn change(ours: f64, theirs: f64) -> f64 {
+    100.0 * (ours / theirs - 1.0)
+}
+
+/// By how many percentage points a share differs: that of EDF may be none at all.
+fn points(ours: f64, theirs: f64) -> f64 {
+    100.0 * (ours - theirs)
 }
 
 fn claims(found: &Found) -> Vec<Claim> {
@@ -257,7 +260,7 @@ fn claims(found: &Found) -> Vec<Claim> {
             found.iter().map(|systems| of(&systems[system][round])).sum::<f64>()
         };
         let changes: Vec<f64> = (0..rounds)
-            .map(|round| 100.0 * (sum(system, round) / sum(edf, round) - 1.0))
+            .map(|round| change(sum(system, round), sum(edf, round)))
             .filter(|change| change.is_finite())
             .collect();
         Estimate::of(&changes)
@@ -274,9 +277,9 @@ fn claims(found: &Found) -> Vec<Claim> {
     }
     for (scenario, systems) in SCENARIOS.iter().zip(found) {
         let (ours, theirs) = (&systems[redrt], &systems[edf]);
-        let faster = change(ours, theirs, |m| m.latency_ms);
+        let faster = paired(ours, theirs, |m| m.latency_ms, change);
         let misses = (mean(ours, |m| m.missed), mean(theirs, |m| m.missed));
-        let holds = faster.is_some_and(|e| e.mean < 0.0) && (misses.0 < misses.1 || misses.1 == 0.0);
+        let holds = faster.is_some_and(|e| e.mean < 0.0) && (misses.0 < misses.1 || misses.0 == 0.0);
         claims.push(Claim {
             claim: format!("REDRT beats EDF in mean latency and misses: {}", scenario.name),
             paper: "-".to_owned(),
@@ -285,7 +288,7 @@ fn claims(found: &Found) -> Vec<Claim> {
                 faster.map_or_else(|| "-".to_owned(), percent),
                 100.0 * misses.0,
                 100.0 * misses.1,
-                points(ours, theirs, |m| m.missed)
+                paired(ours, theirs, |m| m.missed, points)
                     .map_or_else(|| "-".to_owned(), |e| format!("{:+.1} ± {:.1}", e.mean, e.half_width)),
             ),
             verdict: if holds { Verdict::Holds } else { Verdict::Fails },

@@ -163,12 +163,10 @@ impl<C: Capacity> Host<'_, C> {
     fn ended(&mut self, outcome: &Outcome) {
         let missed = u64::from(!outcome.on_time());
         self.ends.missed += missed;
-        if let Some(task) = self.tasks.iter().position(|task| *task == outcome.task) {
-            let (longest, misses) = &mut self.ends.by_task[task];
-            *misses += missed;
-            if outcome.shed.is_none() {
-                *longest = (*longest).max(outcome.at.since(outcome.release).as_nanos());
-            }
+        let (longest, misses) = &mut self.ends.by_task[outcome.task.index()];
+        *misses += missed;
+        if outcome.shed.is_none() {
+            *longest = (*longest).max(outcome.at.since(outcome.release).as_nanos());
         }
         self.ends.last_end = self.ends.last_end.max(outcome.at.as_nanos());
         if outcome.shed.is_some() {

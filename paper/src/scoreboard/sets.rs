@@ -1,6 +1,7 @@
 //! Random sets of DAG tasks: layered or Erdos-Renyi graphs, utilisations by UUniFast.
 
 use crate::rng::Rng;
+use red_certificate as certificate;
 use red_core::{Caps, Dag, Duration, Node, NodeId, Timing, Wcet};
 
 /// Capacities of every experiment of the scoreboard. As many preempted nodes may wait as there are lanes of capacity, so
@@ -129,6 +130,21 @@ impl Graph {
     #[must_use]
     pub(crate) fn longest(&self) -> u64 {
         self.tails().iter().zip(&self.costs).map(|(tail, cost)| tail + cost).max().unwrap_or(0)
+    }
+
+    /// As proofs take it, each node in its cluster.
+    #[must_use]
+    pub(crate) fn to_prove(&self, cluster: impl Fn(usize) -> usize) -> certificate::Graph {
+        let node = |(n, cost): (usize, &u64)| certificate::Node {
+            name: format!("n{n}"),
+            cost_ns: *cost,
+            cluster: cluster(n),
+        };
+        let successors = self.successors.iter().enumerate();
+        certificate::Graph {
+            nodes: self.costs.iter().enumerate().map(node).collect(),
+            edges: successors.flat_map(|(from, to)| to.iter().map(move |to| (from, *to))).collect(),
+        }
     }
 
     /// As the scheduler takes it, best cases in percent of the costs; `None` where it is larger than its capacity.

@@ -1,12 +1,12 @@
 //! Are proofs true? What is proved of random sets, against the scheduler itself in worlds that are made to break it.
 
 use super::drive::{Ends, World, play};
-use super::sets::uunifast;
+use super::sets::{Graph, uunifast};
 use crate::rng::Rng;
 use crate::run::{PaperError, Run};
 use crate::table::{Cell, Claim, Column, Table, Verdict};
 use red_analysis::prove;
-use red_certificate::{Certificate, Cluster, Graph, Node, Set, Task, verify};
+use red_certificate::{self as certificate, Certificate, Cluster, Set, Task, verify};
 use red_core::{Capacity, Caps, Config, Dag, Duration, Empty, NodeId, PoolId, Scheduler, Timing, Wcet};
 
 /// Room for a set: tasks, nodes, jobs, lanes, pools.
@@ -64,7 +64,7 @@ struct Score {
     /// Proofs that the verifier does not accept.
     rejected: u64,
     runs: u64,
-    /// Jobs of tasks with a proof that were run.
+    /// Jobs that were run, those of tasks without a proof among them.
     jobs: u64,
     /// Times that a task's longest response time in a run was just what is proved.
     exact: u64,
@@ -104,9 +104,9 @@ fn draw(rng: &mut Rng, lanes: u32, layout: Layout) -> Set {
     let load = rng.within(LOAD_PERCENT.0, LOAD_PERCENT.1) as f64 / 100.0 * f64::from(lanes);
     let tasks = uunifast(rng, count, load).into_iter().enumerate().map(|(nth, share)| {
         let home = (layout != Layout::Pools).then(|| rng.within(0, clusters.len() as u64 - 1) as usize);
-        let graph = graph(rng, clusters.len(), home);
-        let (work, longest) = (graph.nodes.iter().map(|node| node.cost_ns).sum::<u64>(), longest(&graph));
-        let period_ns = ((work as f64 / share) as u64).clamp(1, 1 << 40);
+        let (graph, places) = graph(rng, clusters.len(), home);
+        let longest = graph.longest();
+        let period_ns = ((graph.work() as f64 / share) as u64).clamp(1, 1 << 40);
         let deadline_ns = match period_ns.checked_sub(longest) {
             Some(slack) if rng.chance(0.5) => longest + rng.within(0, slack),
             _ => period_ns * rng.within(DEADLINE_PERCENT.0, DEADLINE_PERCENT.1) / 100,
@@ -116,7 +116,7 @@ fn draw(rng: &mut Rng, lanes: u32, layout: Layout) -> Set {
             deadline_ns: deadline_ns.max(1),
             period_ns: Some(period_ns),
             is_kept: rng.chance(KEPT),
-            versions: vec![graph],
+            versions: vec![graph.to_prove(|node| places[node])],
             ..Task::default()
         }
     });
@@ -124,30 +124,23 @@ fn draw(rng: &mut Rng, lanes: u32, layout: Layout) -> Set {
     Set { most_jobs: Room::JOBS as u64, clusters, tasks }
 }
 
-/// Edges lead from lower to higher numbers.
-fn graph(rng: &mut Rng, clusters: usize, home: Option<usize>) -> Graph {
+/// A graph, and the cluster of each node.
+fn graph(rng: &mut Rng, clusters: usize, home: Option<usize>) -> (Graph, Vec<usize>) {
     let count = rng.within(NODES.0, NODES.1) as usize;
-    let node = |nth| Node {
-        name: format!("n{nth}"),
-        cost_ns: {
-            let (low, high) = if rng.chance(HEAVY) { HEAVY_NS } else { COST_NS };
-            rng.within(low, high)
-        },
-        cluster: home.unwrap_or_else(|| rng.within(0, clusters as u64 - 1) as usize),
+    let node = |_| {
+        let (low, high) = if rng.chance(HEAVY) { HEAVY_NS } else { COST_NS };
+        (rng.within(low, high), home.unwrap_or_else(|| rng.within(0, clusters as u64 - 1) as usize))
     };
-    let nodes = (0..count).map(node).collect();
-    let pairs = (1..count).flat_map(|to| (0..to).map(move |from| (from, to)));
-    let edges = pairs.filter(|_| rng.chance(EDGE)).collect();
-    Graph { nodes, edges }
-}
-
-fn longest(graph: &Graph) -> u64 {
-    let mut ends: Vec<u64> = Vec::new();
-    for (n, node) in graph.nodes.iter().enumerate() {
-        let before = graph.edges.iter().filter(|(_, to)| *to == n).map(|(from, _)| ends[*from]);
-        ends.push(before.max().unwrap_or(0) + node.cost_ns);
+    let (costs, places) = (0..count).map(node).unzip();
+    let mut graph = Graph { costs, successors: vec![Vec::new(); count] };
+    for to in 1..count {
+        for from in 0..to {
+            if rng.chance(EDGE) {
+                graph.link(from, to);
+            }
+        }
     }
-    ends.into_iter().max().unwrap_or(0)
+    (graph, places)
 }
 
 /// Runs a set once. Releases come together, a few nanoseconds apart or anywhere, on time or late; nodes take their WCET, or any
@@ -182,7 +175,7 @@ fn run_once(rng: &mut Rng, set: &Set) -> Option<Ends> {
     Some(play(World { releases: &releases, time: &time, until_miss: false }, scheduler, tasks))
 }
 
-fn dag(graph: &Graph) -> Option<Dag<Room>> {
+fn dag(graph: &certificate::Graph) -> Option<Dag<Room>> {
     let id = |node: usize| u8::try_from(node).ok().map(NodeId::new);
     let mut dag = Dag::new();
     for node in &graph.nodes {
