@@ -77,7 +77,7 @@ const TARGETS: &[Target] = &[
     Target {
         name: "abi_calls",
         longest: 1_024,
-        seeds: &[],
+        seeds: &["fuzz/seeds/abi_calls"],
         options: CHOSEN,
         planted: &[
             Planted::new("generation", "wrong is {Closed"),
