@@ -7,10 +7,12 @@
 
 mod cache;
 mod dispatch;
+mod forward;
 mod job;
 mod keys;
 mod lookahead;
 mod outcome;
+mod rank;
 mod releases;
 mod shed;
 
@@ -32,7 +34,7 @@ pub enum Policy {
     RedIda,
     /// `RedIda` with merging, precedence gate and the paper's overload rule.
     Red,
-    /// Latest start, merging, frame cache, hopeless jobs aborted.
+    /// Latest start, merging, frame cache, jobs given up as soon as they or others are known to be late.
     Redrt,
     /// `Redrt`, with lanes that wait for a pressing node that is soon ready.
     RedrtLookahead,
@@ -75,7 +77,7 @@ impl Policy {
 
     /// Whether the overload monitor ticks.
     pub fn monitors(self) -> bool {
-        self == Self::Red || self.is_ours()
+        self == Self::Red
     }
 
     /// Whether the periodic barrier of the workload holds dispatches.
@@ -94,11 +96,14 @@ pub const QUEUE_MAX: usize = 8;
 pub const UTILISATION_PPM: u128 = 900_000;
 /// Widest spread of the releases within a merged unit.
 pub const MERGE_WINDOW_NS: u64 = 100_000_000;
-/// Jobs in flight beyond which a release is shed.
+/// Jobs in flight beyond which a release is shed, or takes the place of another.
 pub const JOBS_IN_FLIGHT: usize = 64;
-
-/// Jobs of a task over which sheds by choice are remembered.
+/// Jobs of a task over which floors remember who was lost.
 pub const FLOOR_MEMORY: u64 = 128;
+/// One job of so many is a probe; so many jobs tell whether a task only loses.
+pub const PROBE_EVERY: u64 = 16;
+/// Jobs that leave in one look.
+pub const LEAVE_AT_MOST: usize = 16;
 
 /// Simulates `workload` over [0, `horizon_ns`) under `policy`, without preemption.
 ///
@@ -144,6 +149,8 @@ struct Sim<'a> {
     cached: Vec<Cached>,
     /// Consecutive ticks of overload.
     over: u32,
+    /// Whether a job came or a result was thrown away since the last look at who will be late.
+    look_due: bool,
     /// When a dispatch that waits for the grid happens.
     barrier: Option<u64>,
     /// When a pool that left a lane idle looks again.
@@ -167,6 +174,7 @@ impl<'a> Sim<'a> {
             running: Vec::new(),
             cached: Vec::new(),
             over: 0,
+            look_due: false,
             barrier: None,
             wake: None,
             overtaken: Vec::new(),
@@ -199,11 +207,8 @@ impl<'a> Sim<'a> {
         loop {
             let ended = self.complete(now);
             let edited = self.edit(now);
-            let before = self.jobs.len();
-            if first {
-                self.release(now);
-            }
-            let released = self.jobs.len() > before;
+            let released = first && self.release(now);
+            self.look_due |= released;
             let tick = first && self.policy.monitors() && now.is_multiple_of(TICK_NS);
             if tick {
                 self.observe(now);

@@ -40,6 +40,23 @@ pub(super) fn check(facts: &Facts<'_>) -> Result<(), String> {
     Ok(())
 }
 
+/// Whether what `job` needs of frame `key` is surely kept at `at`, after the completions and releases of then.
+pub(super) fn is_surely_kept(
+    facts: &Facts<'_>,
+    units: &[Unit],
+    job: &JobFacts,
+    key: &FrameKey,
+    at: u64,
+) -> bool {
+    let of_key = |unit: &&Unit| unit.key.as_ref() == Some(key);
+    let ended = |unit: &&Unit| unit.run.finish <= at && unit.run.start < at;
+    let lives = |unit: &Unit| {
+        let until = life(facts, unit, Edge::Overlapping);
+        at < until || at == until && job.release < at
+    };
+    !facts.may_evict() && units.iter().filter(of_key).filter(ended).any(lives)
+}
+
 /// How far two needs must overlap for the output to live on: surely, or possibly, since rows do not show the
 /// order within an instant.
 #[derive(Clone, Copy, PartialEq, Eq)]

@@ -133,11 +133,11 @@ impl JobFacts {
     }
 
     /// Whether the job was out of flight when the releases of `instant` were applied. What ends at an instant
-    /// precedes them, unless it took no time there; sheds follow them.
+    /// precedes them, unless it took no time there; sheds follow them, and a job that another takes the place of is there
+    /// until then.
     pub(super) fn gone_before_releases(&self, instant: u64) -> bool {
         let in_no_time = |run: &Run| run.lane.is_some() && run.start == instant && run.finish == instant;
         match (self.shed, self.end) {
-            (Some((_, Reason::Full)), _) => true,
             (Some((at, _)), _) => at < instant,
             (None, Some(end)) => {
                 end < instant || end == instant && !self.runs.iter().flatten().any(in_no_time)

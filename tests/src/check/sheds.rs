@@ -1,31 +1,48 @@
 //! Whether each job that was given up might be, and whether each job that was not had its place.
 
+use super::cache::is_surely_kept;
 use super::ensure;
 use super::jobs::{Facts, JobFacts};
-use crate::oracle::{JOBS_IN_FLIGHT, Policy, Reason, TICK_NS};
+use super::lanes::{Unit, units};
+use crate::graph::Role;
+use crate::oracle::{FLOOR_MEMORY, JOBS_IN_FLIGHT, Policy, Reason, TICK_NS};
 
 pub(super) fn check(facts: &Facts<'_>) -> Result<(), String> {
+    let units = units(facts);
     for job in &facts.jobs {
         places(facts, job)?;
         if let Some((at, reason)) = job.shed {
-            legal(facts, job, at, reason)?;
+            legal(facts, &units, job, at, reason)?;
         }
     }
-    floors(facts)
+    Ok(())
 }
 
-/// A release is refused exactly where enough jobs are in flight.
+fn is_full_at(job: &JobFacts, at: u64) -> bool {
+    job.shed == Some((at, Reason::Full))
+}
+
+/// A release into a full table costs one job that is there by then: itself, or under ours perhaps another.
 fn places(facts: &Facts<'_>, job: &JobFacts) -> Result<(), String> {
-    let before = |other: &&JobFacts| (other.release, other.task) < (job.release, job.task);
-    let in_flight =
-        facts.jobs.iter().filter(before).filter(|other| !other.gone_before_releases(job.release)).count();
-    let refused = matches!(job.shed, Some((_, Reason::Full)));
-    ensure(refused == (in_flight >= JOBS_IN_FLIGHT), || {
-        format!("{} finds {in_flight} jobs in flight, refused: {refused}", facts.name(job))
-    })
+    let at = job.release;
+    let released_by = |other: &&JobFacts| (other.release, other.task) <= (at, job.task);
+    let is_there = |other: &&JobFacts| other.release == at || !other.gone_before_releases(at);
+    let there = facts.jobs.iter().filter(released_by).filter(is_there).count();
+    let too_many = there.saturating_sub(JOBS_IN_FLIGHT);
+    let name = || format!("{} is the {there}th job in flight", facts.name(job));
+    if !facts.policy.is_ours() {
+        let refused = is_full_at(job, at);
+        return ensure(refused == (too_many > 0), || format!("{}, refused: {refused}", name()));
+    }
+    let full = |other: &&JobFacts| is_full_at(other, at);
+    let full_by_then = facts.jobs.iter().filter(full).filter(released_by).count();
+    let all_full = facts.jobs.iter().filter(full).count();
+    let is_last = !facts.jobs.iter().any(|other| other.release == at && other.task > job.task);
+    let fits = full_by_then >= too_many && (!is_last || all_full == too_many);
+    ensure(fits, || format!("{}, but {all_full} were refused or replaced", name()))
 }
 
-fn legal(facts: &Facts<'_>, job: &JobFacts, at: u64, reason: Reason) -> Result<(), String> {
+fn legal(facts: &Facts<'_>, units: &[Unit], job: &JobFacts, at: u64, reason: Reason) -> Result<(), String> {
     let name = || format!("{}, shed at {at} as {}", facts.name(job), reason.name());
     let policy = match reason {
         Reason::Full => true,
@@ -36,57 +53,93 @@ fn legal(facts: &Facts<'_>, job: &JobFacts, at: u64, reason: Reason) -> Result<(
     ensure(job.release <= at && at < facts.horizon, || format!("{}: not in flight then", name()))?;
     let done = (0..job.runs.len()).all(|node| job.done(node).is_some_and(|done| done < at));
     ensure(!done, || format!("{}: had ended", name()))?;
-    let rows = job.runs.iter().flatten().count();
+    // What goes in later rounds of an instant may have started in the first.
+    let first_round = match reason {
+        Reason::Full | Reason::Urgency => true,
+        Reason::Overload => !facts.may_evict(),
+        Reason::Hopeless => false,
+    };
+    let starts = job.runs.iter().flatten().any(|run| run.lane.is_some() && run.start == at);
+    ensure(!first_round || !starts, || format!("{}: starts at that instant", name()))?;
+    let released = |keeps: fn(&JobFacts) -> bool| {
+        facts.jobs.iter().any(|other| other.release == at && (keeps(other) || !is_full_at(other, at)))
+    };
     match reason {
+        Reason::Full if facts.policy.is_ours() => {
+            ensure(released(|_| true), || format!("{}: nobody is released", name()))
+        }
         Reason::Full => {
+            let rows = job.runs.iter().flatten().count();
             ensure(at == job.release && rows == 0, || format!("{}: not refused at its release", name()))
         }
-        Reason::Urgency => ensure(at.is_multiple_of(TICK_NS), || format!("{}: not at a tick", name())),
-        Reason::Overload => {
+        Reason::Urgency => {
             ensure(at.is_multiple_of(TICK_NS), || format!("{}: not at a tick", name()))?;
-            ensure(rows == 0, || format!("{}: had started", name()))
+            ensure(is_spared(facts, job, at), || format!("{}: its floor is broken", name()))
+        }
+        Reason::Overload => {
+            ensure(facts.may_evict() || released(|_| false), || format!("{}: no job came", name()))?;
+            let stays = |other: &JobFacts| {
+                let goes = other.shed.is_some_and(|(gone, reason)| {
+                    gone < at || gone == at && matches!(reason, Reason::Overload | Reason::Full)
+                });
+                other.release <= at && !goes && other.end.is_none_or(|end| end >= at)
+            };
+            ensure(facts.jobs.iter().any(stays), || format!("{}: for nobody", name()))
         }
         Reason::Hopeless => {
             let due = i128::from(job.release) + i128::from(facts.workload.tasks[job.task].deadline_ns);
-            // An encoder that is shared may count what is left of another, longer one.
-            let ends = i128::from(at) + i128::from(longest_left(facts, job, at));
+            let ends = i128::from(at) + i128::from(least_left(facts, units, job, at));
             ensure(ends > due, || format!("{}: could end at {ends}, due {due}", name()))
         }
     }
 }
 
-/// Longest remaining path at WCET, each encoder counted as the longest of its frame.
-fn longest_left(facts: &Facts<'_>, job: &JobFacts, at: u64) -> u64 {
+/// What a job takes at least from `at` on: its longest path, and its work over the lanes of each pool. An encoder
+/// counts unless its result is surely there or on its way.
+fn least_left(facts: &Facts<'_>, units: &[Unit], job: &JobFacts, at: u64) -> u64 {
+    let is_there = |node: usize| {
+        let key = facts.frame(job, node).filter(|_| job.graph.nodes[node].role == Role::Encoder);
+        key.is_some_and(|key| {
+            let runs =
+                |unit: &Unit| unit.key.as_ref() == Some(&key) && unit.run.start < at && at < unit.run.finish;
+            units.iter().any(runs) || is_surely_kept(facts, units, job, &key, at)
+        })
+    };
     let left = |node: usize| {
+        let sub = &job.graph.nodes[node];
         let running = job.runs[node].iter().find(|run| run.start <= at && at < run.finish);
+        let runs_once = !facts.may_evict() || sub.role != Role::Encoder;
         match (running, job.done(node)) {
-            (Some(run), _) => run.finish - at,
-            (None, Some(done)) if done <= at && !facts.may_evict() => 0,
-            _ => longest_of_frame(facts, job, node),
+            (Some(run), _) => sub.wcet_ns.saturating_sub(at - run.start),
+            (None, Some(done)) if done <= at && runs_once => 0,
+            _ if is_there(node) => 0,
+            _ => sub.wcet_ns,
         }
     };
-    let weights: Vec<u64> = (0..job.runs.len()).map(left).collect();
-    job.graph.longest_path(&weights)
-}
-
-fn longest_of_frame(facts: &Facts<'_>, job: &JobFacts, node: usize) -> u64 {
-    let own = &job.graph.nodes[node];
-    let alike = facts.jobs.iter().flat_map(|other| &other.graph.nodes).filter(|other| {
-        other.role == crate::graph::Role::Encoder && own.role == other.role && own.stage == other.stage
+    let left: Vec<u64> = (0..job.runs.len()).map(left).collect();
+    let on_all_lanes = facts.workload.pools.iter().enumerate().map(|(pool, model)| {
+        let here = (0..left.len()).filter(|&node| job.graph.nodes[node].pool == pool);
+        here.map(|node| left[node]).sum::<u64>().div_ceil(u64::from(model.lanes))
     });
-    alike.map(|other| other.wcet_ns).max().unwrap_or(own.wcet_ns)
+    on_all_lanes.fold(job.graph.longest_path(&left), u64::max)
 }
 
-/// Of any k consecutive jobs of a task, at most k - m are given up by choice.
-fn floors(facts: &Facts<'_>) -> Result<(), String> {
-    for (task, model) in facts.workload.tasks.iter().enumerate() {
-        let Some((m, k)) = model.floor else { continue };
-        let jobs: Vec<&JobFacts> = facts.jobs.iter().filter(|job| job.task == task).collect();
-        let chosen = |job: &&&JobFacts| matches!(job.shed, Some((_, Reason::Urgency | Reason::Overload)));
-        for window in jobs.windows((k as usize).min(jobs.len()).max(1)) {
-            let count = window.iter().filter(chosen).count();
-            ensure(count <= (k - m) as usize, || format!("the floor of {} is broken", model.name))?;
-        }
-    }
-    Ok(())
+/// Whether the floor of a job that went by choice spared it: of every window with it, few enough were lost by then,
+/// those that went with it included.
+fn is_spared(facts: &Facts<'_>, job: &JobFacts, at: u64) -> bool {
+    let model = &facts.workload.tasks[job.task];
+    let Some((m, k)) = model.floor else { return true };
+    let (m, k) = (u64::from(m), u64::from(k));
+    let (window, spare) = (k.min(FLOOR_MEMORY), (k - m) / k.div_ceil(FLOOR_MEMORY));
+    let lost = |other: &&JobFacts| {
+        let due = i128::from(other.release) + i128::from(model.deadline_ns);
+        let late = other.end.is_some_and(|end| end < at && i128::from(end) > due);
+        late || other.shed.is_some_and(|(gone, _)| gone <= at)
+    };
+    let starts = (job.index + 1).saturating_sub(window)..=job.index;
+    starts.into_iter().all(|start| {
+        let within = |other: &&JobFacts| (start..start + window).contains(&other.index);
+        let task = facts.jobs.iter().filter(|other| other.task == job.task);
+        task.filter(within).filter(lost).count() as u64 <= spare
+    })
 }

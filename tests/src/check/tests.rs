@@ -21,6 +21,7 @@ fn after(policy: Policy, change: impl FnOnce(&mut Vec<Row>, &mut Vec<ShedRow>)) 
     let (mut rows, mut sheds) = (outcome.rows, outcome.sheds);
     change(&mut rows, &mut sheds);
     rows.sort();
+    sheds.sort();
     validate(&workload, policy, HORIZON, &rows, &sheds)
 }
 
@@ -103,15 +104,49 @@ fn a_run_that_a_hit_could_replace_is_seen() {
 
 #[test]
 fn an_illegal_shed_is_seen() {
-    let shed = |reason: Reason| {
+    let shed = |reason: Reason, at_ns: u64| {
         move |rows: &mut Vec<Row>, sheds: &mut Vec<ShedRow>| {
             rows.retain(|row| row.task != "r");
-            sheds.push(ShedRow { at_ns: 0, task: "r".to_owned(), job: 0, reason });
+            sheds.push(ShedRow { at_ns, task: "r".to_owned(), job: 0, reason });
         }
     };
-    assert!(complaint(Policy::Redrt, shed(Reason::Hopeless)).contains("could end"));
-    assert!(complaint(Policy::Redrt, shed(Reason::Urgency)).contains("not a reason"));
-    assert!(complaint(Policy::Edf, shed(Reason::Full)).contains("refused"));
+    assert!(complaint(Policy::Redrt, shed(Reason::Hopeless, 0)).contains("could end"));
+    assert!(complaint(Policy::Redrt, shed(Reason::Urgency, 0)).contains("not a reason"));
+    assert!(complaint(Policy::Edf, shed(Reason::Full, 0)).contains("refused"));
+    assert!(complaint(Policy::Redrt, shed(Reason::Full, 0)).contains("1 were refused"));
+    assert!(complaint(Policy::Redrt, shed(Reason::Full, MS)).contains("nobody is released"));
+    assert!(complaint(Policy::Redrt, shed(Reason::Overload, MS)).contains("no job came"));
+    let message = complaint(Policy::Red, shed(Reason::Urgency, MS));
+    assert!(message.contains("not at a tick"), "{message}");
+}
+
+#[test]
+fn a_shed_for_nobody_is_seen() {
+    let alone = workload(1, vec![once("t", 10, vec![node("n", 20, &[])])]);
+    let shed = ShedRow { at_ns: 0, task: "t".to_owned(), job: 0, reason: Reason::Overload };
+    let message = validate(&alone, Policy::Redrt, HORIZON, &[], &[shed]).expect_err("nobody else is there");
+    assert!(message.contains("for nobody"), "{message}");
+}
+
+#[test]
+fn a_shed_after_its_start_in_one_instant_is_seen() {
+    let message = complaint(Policy::Redrt, |rows, sheds| {
+        rows.retain(|row| row.task != "r" || row.node == "a");
+        let at_ns = row(rows, "r", "a").start_ns;
+        sheds.push(ShedRow { at_ns, task: "r".to_owned(), job: 0, reason: Reason::Overload });
+    });
+    assert!(message.contains("starts at that instant"), "{message}");
+}
+
+#[test]
+fn a_broken_floor_is_seen() {
+    let mut floored = workload(1, vec![every(once("t", 1000, vec![node("n", 1, &[])]), 5)]);
+    floored.tasks[0].floor = Some((1, 2));
+    let shed = |job: u64| ShedRow { at_ns: job * 5 * MS, task: "t".to_owned(), job, reason: Reason::Urgency };
+    let judge = |sheds: &[ShedRow]| validate(&floored, Policy::Red, 5 * sheds.len() as u64 * MS, &[], sheds);
+    assert_eq!(judge(&[shed(0)]), Ok(()));
+    let message = judge(&[shed(0), shed(1)]).expect_err("two in a row");
+    assert!(message.contains("floor is broken"), "{message}");
 }
 
 /// Swapping or moving rows of random schedules is noticed nearly always; what is not may be a valid schedule.

@@ -63,6 +63,7 @@ impl Sim<'_> {
         let evicted: Vec<FrameKey> =
             here.map(|output| output.key.clone()).filter(|key| self.may_go(key, eviction)).collect();
         self.cached.retain(|output| output.pool != pool || !evicted.contains(&output.key));
+        self.look_due |= !evicted.is_empty();
         for job in &mut self.jobs {
             for key in &evicted {
                 rerun(job, key);

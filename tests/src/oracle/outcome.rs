@@ -30,11 +30,11 @@ pub struct Row {
 pub enum Reason {
     /// It could not end in time any more.
     Hopeless,
-    /// Dropped for others under REDRT.
+    /// Dropped under REDRT for others that would be late.
     Overload,
     /// Dropped for others under RED.
     Urgency,
-    /// Too many jobs were in flight.
+    /// Too many jobs were in flight: it was refused, or under REDRT replaced.
     Full,
 }
 
@@ -122,10 +122,6 @@ struct JobEnd {
     shed: Option<Reason>,
 }
 
-fn is_by_choice(end: &JobEnd) -> bool {
-    matches!(end.shed, Some(Reason::Overload | Reason::Urgency))
-}
-
 impl Outcome {
     pub(super) fn new(workload: &Workload) -> Self {
         let task = |task: &red_workload::model::Task| TaskOutcome {
@@ -163,14 +159,16 @@ impl Outcome {
         self.ends.iter_mut().rev().find(mine).expect("every job is recorded at its release")
     }
 
-    pub(super) fn was_shed_by_choice(&self, task: usize, index: u64) -> bool {
-        self.ends.iter().rev().find(|end| (end.task, end.index) == (task, index)).is_some_and(is_by_choice)
+    /// Whether a job was given up, refused, or ended late.
+    pub(super) fn is_lost(&self, task: usize, index: u64) -> bool {
+        let found = self.ends.iter().rev().find(|end| (end.task, end.index) == (task, index));
+        found.is_some_and(|job| job.shed.is_some() || job.end.is_some_and(|end| i128::from(end) > job.due))
     }
 
-    /// Index of the newest job of a task that was shed by choice.
-    pub(super) fn newest_shed_by_choice(&self, task: usize) -> Option<u64> {
-        let mine = self.ends.iter().filter(|end| end.task == task && is_by_choice(end));
-        mine.map(|end| end.index).max()
+    /// Index of the newest job of a task that is no more in flight.
+    pub(super) fn newest_ended(&self, task: usize) -> Option<u64> {
+        let gone = |end: &&JobEnd| end.task == task && (end.end.is_some() || end.shed.is_some());
+        self.ends.iter().filter(gone).map(|end| end.index).max()
     }
 
     pub(super) fn row(

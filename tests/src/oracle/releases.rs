@@ -78,8 +78,9 @@ impl Sim<'_> {
         self.jobs.iter().any(|job| job.task == task && job.version != self.tasks[task].version)
     }
 
-    /// Releases the jobs of this instant, tasks in file order.
-    pub(super) fn release(&mut self, now: u64) {
+    /// Releases the jobs of this instant, tasks in file order. Whether any was accepted.
+    pub(super) fn release(&mut self, now: u64) -> bool {
+        let mut any = false;
         for task in 0..self.tasks.len() {
             if self.next_release(task) != Some(now) {
                 continue;
@@ -88,16 +89,29 @@ impl Sim<'_> {
             self.tasks[task].released += 1;
             let job = self.new_job(task, index, now);
             self.outcome.release(&job);
-            if self.jobs.len() < JOBS_IN_FLIGHT {
+            if self.jobs.len() < JOBS_IN_FLIGHT || self.replace_least(&job, now) {
                 self.jobs.push(job);
+                self.settle(now);
+                any = true;
             } else {
                 self.outcome.shed(&job, now, Reason::Full);
             }
         }
-        self.settle(now);
+        any
     }
 
-    fn new_job(&self, task: usize, index: u64, now: u64) -> Job {
+    /// Gives up the least of the jobs in flight if its rank is below that of the new one (8.7). Whether it is.
+    fn replace_least(&mut self, new: &Job, now: u64) -> bool {
+        let Some(least) = self.jobs.iter().min_by_key(|job| self.standing(job, now)) else { return false };
+        let replaces = self.policy.is_ours() && self.rank(least, now) < self.rank(new, now);
+        if replaces {
+            let (task, index) = (least.task, least.index);
+            self.give_up(task, index, now, Reason::Full);
+        }
+        replaces
+    }
+
+    pub(super) fn new_job(&self, task: usize, index: u64, now: u64) -> Job {
         let graph = Rc::clone(&self.tasks[task].graph);
         let deadline = self.workload.tasks[task].deadline_ns;
         let due = i128::from(now) + i128::from(deadline);

@@ -1,11 +1,12 @@
-//! The overload monitor and what gives jobs up.
+//! The overload monitor of RED, and what gives jobs up (8.1, 8.3, 8.5).
 
 use std::cmp::Reverse;
 
 use super::dispatch::order;
-use super::job::{Job, State};
-use super::{FLOOR_MEMORY, OVERLOAD_TICKS, Policy, QUEUE_MAX, Reason, Sim, TICK_NS, UTILISATION_PPM};
-use crate::graph::Role;
+use super::forward::Fate;
+use super::job::Job;
+use super::rank::Standing;
+use super::{LEAVE_AT_MOST, OVERLOAD_TICKS, QUEUE_MAX, Reason, Sim, TICK_NS, UTILISATION_PPM};
 
 impl Sim<'_> {
     /// One tick of the monitor.
@@ -13,13 +14,7 @@ impl Sim<'_> {
         let pools = 0..self.workload.pools.len();
         let busy =
             pools.into_iter().any(|pool| self.queue(pool).len() > QUEUE_MAX || self.is_saturated(pool, now));
-        let overloaded = match self.policy {
-            Policy::Redrt | Policy::RedrtLookahead => {
-                busy && self.jobs.iter().any(|job| is_lost_at_wcet(job, now))
-            }
-            _ => busy,
-        };
-        self.over = if overloaded { self.over + 1 } else { 0 };
+        self.over = if busy { self.over + 1 } else { 0 };
         self.executions.retain(|&(_, _, finish)| finish > now);
     }
 
@@ -37,77 +32,97 @@ impl Sim<'_> {
     pub(super) fn shed(&mut self, now: u64, tick: bool) {
         if self.policy.is_ours() {
             self.abort_hopeless(now);
+            if std::mem::take(&mut self.look_due) {
+                self.look(now);
+            }
         }
         if tick && self.over >= OVERLOAD_TICKS {
-            match self.policy {
-                Policy::Redrt | Policy::RedrtLookahead => self.drop_least_valuable(now),
-                _ => self.drop_least_urgent(now),
-            }
+            self.drop_least_urgent(now);
         }
         self.drop_unused();
     }
 
-    /// Aborts each job that cannot end in time even at its best.
+    /// Aborts each job that cannot end in time even at its best (8.3).
     fn abort_hopeless(&mut self, now: u64) {
-        let hopeless: Vec<(usize, u64)> = self
-            .jobs
-            .iter()
-            .filter(|job| i128::from(now) + self.best_path(job, now) > job.due)
-            .map(|job| (job.task, job.index))
-            .collect();
-        for (task, index) in hopeless {
+        let hopeless = self.jobs.iter().filter(|job| self.bound(job, now) > job.due);
+        for (task, index) in hopeless.map(|job| (job.task, job.index)).collect::<Vec<_>>() {
             self.give_up(task, index, now, Reason::Hopeless);
         }
     }
 
-    /// The least that a job can still take. Every execution takes the WCET, so that is the best case. A waiting
-    /// encoder whose key runs elsewhere ends when its predecessors and that unit have: behind its predecessors
-    /// it may cost nothing, and alone it takes what is left of that unit.
-    fn best_path(&self, job: &Job, now: u64) -> i128 {
-        let elsewhere = |node: usize| {
-            let waits =
-                job.graph.nodes[node].role == Role::Encoder && matches!(job.state[node], State::Waiting);
-            let key = job.frames[node].as_ref().filter(|key| waits && !self.is_cached(key))?;
-            self.running_until(key).map(|finish| finish - now)
-        };
-        let left = |node: usize| {
-            let sub = &job.graph.nodes[node];
-            match (job.state[node], &job.frames[node]) {
-                (State::Done, _) => 0,
-                (State::Running(start), _) => sub.wcet_ns.saturating_sub(now - start),
-                (State::Waiting, Some(key)) if sub.role == Role::Encoder && self.is_cached(key) => 0,
-                (State::Waiting, _) if elsewhere(node).is_some() => 0,
-                (State::Waiting, _) => sub.wcet_ns,
+    /// Gives up those who make others late, and looks again as long as so many of them are found at once (8.5).
+    fn look(&mut self, now: u64) {
+        loop {
+            let (outside, cut_short) = self.predict(now);
+            for &(task, index) in &outside {
+                self.give_up(task, index, now, Reason::Overload);
             }
-        };
-        let nodes = 0..job.state.len();
-        let weights: Vec<u64> = nodes.clone().map(left).collect();
-        let tails = job.remaining_tails(&weights);
-        let alone = nodes.filter_map(|node| Some(i128::from(elsewhere(node)?) + i128::from(tails[node])));
-        alone.fold(job.remaining_path(&weights), i128::max)
+            if !cut_short || outside.is_empty() {
+                return;
+            }
+        }
     }
 
-    /// REDRT: while some job is lost at its WCET, drops not-started jobs: lowest value, then largest remaining
-    /// work, then latest release.
-    fn drop_least_valuable(&mut self, now: u64) {
-        while self.jobs.iter().any(|job| is_lost_at_wcet(job, now)) {
-            let work = |job: &Job| job.graph.costs().into_iter().sum::<u64>();
-            let candidates = self.jobs.iter().filter(|job| !job.started && self.floor_allows(job));
-            let rank = |job: &&Job| {
-                let value = self.workload.tasks[job.task].value;
-                (value, Reverse(work(job)), Reverse(job.release), Reverse(job.task))
-            };
-            let Some(victim) = candidates.min_by_key(rank) else { return };
-            let (task, index) = (victim.task, victim.index);
-            self.give_up(task, index, now, Reason::Overload);
+    /// The jobs that have to go, and whether as many left as one look lets go.
+    fn predict(&self, now: u64) -> (Vec<(usize, u64)>, bool) {
+        let standing: Vec<Standing> = self.jobs.iter().map(|job| self.standing(job, now)).collect();
+        let mut group: Vec<usize> = (0..self.jobs.len()).collect();
+        let mut kept: Vec<usize> = Vec::new();
+        let mut left: Vec<usize> = Vec::new();
+        while left.len() < LEAVE_AT_MOST {
+            let fates = self.forward(&group, now);
+            let Some(x) = self.first_late(&fates, &kept) else { break };
+            let starts_before = |j: &&Fate| j.first_start.is_some_and(|start| start < x.end) && j.meets(x);
+            let in_the_way = fates.iter().filter(|j| j.job == x.job || starts_before(j));
+            let least = in_the_way.map(|j| j.job).min_by_key(|&job| standing[job]).expect("x is among them");
+            if least != x.job || self.harms(x, &fates, &kept, now) {
+                group.retain(|&job| job != least);
+                left.push(least);
+            } else {
+                kept.push(x.job);
+            }
         }
+        let cut_short = left.len() == LEAVE_AT_MOST;
+        if left.len() >= 2 {
+            left.sort_by_key(|&job| Reverse(standing[job]));
+            left.retain(|&job| {
+                group.push(job);
+                let stays_out = self.first_late(&self.forward(&group, now), &kept).is_some();
+                if stays_out {
+                    group.pop();
+                }
+                stays_out
+            });
+        }
+        (left.into_iter().map(|job| (self.jobs[job].task, self.jobs[job].index)).collect(), cut_short)
+    }
+
+    /// Of the late jobs that are not kept all the same, the one that ends first.
+    fn first_late<'a>(&self, fates: &'a [Fate], kept: &[usize]) -> Option<&'a Fate> {
+        let late = fates.iter().filter(|fate| self.is_late(fate) && !kept.contains(&fate.job));
+        late.min_by_key(|fate| {
+            let job = &self.jobs[fate.job];
+            (fate.end, job.release, job.task, job.index)
+        })
+    }
+
+    fn is_late(&self, fate: &Fate) -> bool {
+        fate.end > self.jobs[fate.job].due
+    }
+
+    /// Whether another job that could be in time is late where `x` takes lanes.
+    fn harms(&self, x: &Fate, fates: &[Fate], kept: &[usize], now: u64) -> bool {
+        let in_time = |y: &Fate| self.bound(&self.jobs[y.job], now) <= self.jobs[y.job].due;
+        fates
+            .iter()
+            .any(|y| y.job != x.job && !kept.contains(&y.job) && self.is_late(y) && in_time(y) && y.meets(x))
     }
 
     /// RED: drops the jobs of the queued sub-jobs of lowest urgency, at least one, until no queue is too long.
     fn drop_least_urgent(&mut self, now: u64) {
         self.reassign(now);
         loop {
-            let candidates = self.jobs.iter().filter(|job| self.floor_allows(job));
+            let candidates = self.jobs.iter().filter(|job| !self.floor_needs(job));
             let queued = candidates.flat_map(|job| {
                 let ready = (0..job.state.len()).filter(|&node| job.is_ready(node, false));
                 ready.map(move |node| (urgency(job, node, now), Reverse(order(job, node))))
@@ -121,41 +136,12 @@ impl Sim<'_> {
         self.over = 0;
     }
 
-    /// Whether the floor of the job's task lets this job be shed by choice: in every k consecutive jobs with
-    /// it, at most k - m are. A job whose windows reach further back than sheds are remembered stays.
-    fn floor_allows(&self, job: &Job) -> bool {
-        let Some((m, k)) = self.workload.tasks[job.task].floor else { return true };
-        let (m, k) = (u64::from(m), u64::from(k));
-        let newest = self.outcome.newest_shed_by_choice(job.task).unwrap_or(0);
-        if newest.saturating_sub(job.index) + k > FLOOR_MEMORY {
-            return false;
-        }
-        let by_choice = |index: u64| index == job.index || self.outcome.was_shed_by_choice(job.task, index);
-        let starts = (job.index + 1).saturating_sub(k)..=job.index;
-        starts
-            .into_iter()
-            .all(|start| (start..start + k).filter(|&index| by_choice(index)).count() as u64 <= k - m)
-    }
-
-    fn give_up(&mut self, task: usize, index: u64, now: u64, reason: Reason) {
+    /// Ends a job that is in flight. What runs for it runs on.
+    pub(super) fn give_up(&mut self, task: usize, index: u64, now: u64, reason: Reason) {
         let at = self.jobs.iter().position(|job| (job.task, job.index) == (task, index));
         let job = self.jobs.remove(at.expect("only jobs in flight are given up"));
         self.outcome.shed(&job, now, reason);
     }
-}
-
-/// Whether the longest remaining path at WCET ends beyond the deadline.
-fn is_lost_at_wcet(job: &Job, now: u64) -> bool {
-    let left = |node: usize| {
-        let cost = job.graph.nodes[node].cost_ns;
-        match job.state[node] {
-            State::Done => 0,
-            State::Running(start) => cost.saturating_sub(now - start),
-            State::Waiting => cost,
-        }
-    };
-    let weights: Vec<u64> = (0..job.state.len()).map(left).collect();
-    i128::from(now) + job.remaining_path(&weights) > job.due
 }
 
 /// The paper's C in millionths: elapsed over relative sub-deadline, 1 at and beyond it.

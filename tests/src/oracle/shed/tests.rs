@@ -1,6 +1,7 @@
-use crate::fixtures::{MS, every, lines, node, once, shed_lines, workload};
-use crate::oracle::{Policy, simulate};
-use red_workload::model::{Node, Task, Work, Workload};
+use crate::check::validate;
+use crate::fixtures::{MS, at, every, lines, node, once, part, shed_lines, workload, written};
+use crate::oracle::{Policy, Reason, simulate};
+use red_workload::model::{Node, Part, Pool, Task, Work, Workload};
 
 fn flat(count: usize, cost_ms: u64) -> Vec<Node> {
     (0..count).map(|index| node(&format!("n{index}"), cost_ms, &[])).collect()
@@ -14,7 +15,8 @@ fn sheds(workload: &Workload, policy: Policy, horizon_ms: u64) -> Vec<String> {
 fn a_job_that_cannot_end_in_time_is_aborted_at_the_next_event() {
     let tasks = vec![once("a", 12, vec![node("n", 10, &[])]), once("b", 12, vec![node("n", 10, &[])])];
     let outcome = simulate(&workload(1, tasks), Policy::Redrt, 100 * MS);
-    assert_eq!(shed_lines(&outcome), ["b/0 5 hopeless"]);
+    // Nobody else is late: b stays at 0.
+    assert_eq!(shed_lines(&outcome), ["b/0 10 hopeless"]);
     assert_eq!(lines(&outcome), ["a/0/n 0 0..10"]);
     assert_eq!((outcome.tasks[0].on_time, outcome.tasks[1].missed), (1, 1));
 }
@@ -58,31 +60,158 @@ fn a_floor_keeps_jobs_of_any_window() {
     assert_eq!(at_most_one_of_two, ["a/0 10 urgency", "a/2 40 urgency"]);
 }
 
-/// `busy` runs over 0..40, `x` takes 40, or 60 at its worst, and is due at `due_ms`; `w` queues ten nodes.
-fn overloaded(value: u32, due_ms: u64) -> Workload {
-    let mut atomic = node("n", 40, &[]);
-    if let Work::Plain(part) = &mut atomic.work {
-        (part.atomic, part.contention_ns) = (true, 20 * MS);
-    }
-    let x = Task { value, ..once("x", due_ms, vec![atomic]) };
-    workload(1, vec![once("busy", 41, flat(1, 40)), x, once("w", 500, flat(10, 1))])
+#[test]
+fn jobs_that_were_late_use_up_what_a_floor_can_spare() {
+    // Job 0 ends at 20. From 30 on twelve nodes of w wait, for the third tick at 40, and w is spared by its floor.
+    let drops = |due_ms: u64| {
+        let a = Task { floor: Some((1, 2)), ..every(once("a", due_ms, flat(3, 10)), 30) };
+        let w = Task { floor: Some((1, 1)), ..at(once("w", 1000, flat(12, 50)), 30) };
+        sheds(&workload(2, vec![a, w]), Policy::Red, 55)
+    };
+    assert_eq!(drops(20), ["a/1 40 urgency"]);
+    assert!(drops(19).is_empty());
 }
 
 #[test]
-fn overload_drops_the_least_valuable_until_no_job_is_lost() {
-    // x starts at 40, so that it is never lost, even at its worst: 40 + 60.
-    assert!(sheds(&overloaded(1, 100), Policy::Redrt, 300).is_empty());
-    // Lost from 36 on, though 40 + 40 fits: ticks 40, 45, 50. x runs by then, so w goes, and x stays lost.
-    assert_eq!(sheds(&overloaded(1, 95), Policy::Redrt, 300), ["w/0 50 overload"]);
-    // Lost from 25 on: ticks 25, 30, 35. x goes first for its value, and nobody is lost any more.
-    assert_eq!(sheds(&overloaded(0, 84), Policy::Redrt, 300), ["x/0 35 overload"]);
-    // Equal values: the larger remaining work, 60 against 10, goes first.
-    assert_eq!(sheds(&overloaded(1, 84), Policy::Redrt, 300), ["x/0 35 overload"]);
-    // A higher value makes w go first, but x stays lost and follows.
-    assert_eq!(sheds(&overloaded(9, 84), Policy::Redrt, 300), ["w/0 35 overload", "x/0 35 overload"]);
-}
-
-#[test]
-fn a_long_queue_without_a_lost_job_sheds_nothing_under_redrt() {
+fn a_long_queue_without_a_late_job_sheds_nothing_under_redrt() {
     assert!(sheds(&workload(1, vec![once("wide", 1000, flat(40, 20))]), Policy::Redrt, 900).is_empty());
+}
+
+fn chain(costs_ms: &[u64]) -> Vec<Node> {
+    let name = |index: usize| format!("n{index}");
+    let after = |index: usize| index.checked_sub(1).map(name);
+    let nodes = costs_ms.iter().enumerate();
+    nodes
+        .map(|(at, &cost)| node(&name(at), cost, &after(at).iter().map(String::as_str).collect::<Vec<_>>()))
+        .collect()
+}
+
+#[test]
+fn the_job_of_less_value_goes_before_it_makes_another_late() {
+    // The chains would take turns, low until 50 and high until 60.
+    let of = |name: &str, value: u32, floor: Option<(u32, u32)>| Task {
+        value,
+        floor,
+        ..every(once(name, 50, chain(&[10, 10, 10])), 50)
+    };
+    let both = workload(1, vec![of("low", 1, None), of("high", 10, None)]);
+    assert_eq!(
+        sheds(&both, Policy::Redrt, 150),
+        ["low/0 0 overload", "low/1 50 overload", "low/2 100 overload"]
+    );
+    // The values of the others do not matter where a floor cannot spare a job. High is the least of those in the way
+    // of itself, harms nobody else, and stays until it is known to be late.
+    let floored = workload(1, vec![of("low", 1, Some((1, 1))), of("high", 10, None)]);
+    assert_eq!(sheds(&floored, Policy::Redrt, 51), ["high/0 50 hopeless"]);
+    // One node each, in the order of the keys 13 and 15.
+    let single = |name: &str, due_ms: u64, value: u32| Task {
+        value,
+        ..every(once(name, due_ms, vec![node("n", 25, &[])]), 40)
+    };
+    let both = workload(1, vec![single("low", 38, 1), single("high", 40, 1000)]);
+    assert_eq!(sheds(&both, Policy::Redrt, 80), ["low/0 0 overload", "low/1 40 overload"]);
+}
+
+#[test]
+fn as_many_jobs_go_as_the_lanes_cannot_carry() {
+    // 40 ms of work come every 30 ms and have 60: those of 0 end by 40, of 30 by 80, of 60 by 120, all in time, and
+    // of 90 by 160. Without the last of low there is 20 ms less: those of 120 end by 180, in time.
+    let of = |name: &str, value: u32| Task { value, ..every(once(name, 60, chain(&[4; 5])), 30) };
+    for tasks in [vec![of("high", 100), of("low", 1)], vec![of("low", 1), of("high", 100)]] {
+        let outcome = simulate(&workload(1, tasks), Policy::Redrt, 240 * MS);
+        assert_eq!(shed_lines(&outcome), ["low/3 90 overload", "low/5 150 overload", "low/7 210 overload"]);
+    }
+}
+
+#[test]
+fn a_late_job_that_costs_nobody_anything_stays_until_it_is_hopeless() {
+    // 40 ms of work come every 30 ms and have 66. Job 3 would start at 120 and end at 160, due at 156.
+    let nodes = vec![
+        node("a", 1, &[]),
+        node("b", 9, &["a"]),
+        node("c", 12, &["a"]),
+        node("d", 5, &["b"]),
+        node("e", 4, &["b"]),
+        node("g", 3, &["b"]),
+        node("p", 6, &["c", "d", "e", "g"]),
+    ];
+    let t = Task { floor: Some((2, 3)), ..every(once("t", 66, nodes), 30) };
+    let outcome = simulate(&workload(1, vec![t]), Policy::Redrt, 360 * MS);
+    assert_eq!(shed_lines(&outcome), ["t/3 120 hopeless", "t/7 240 hopeless"]);
+    assert_eq!((outcome.tasks[0].on_time, outcome.busy_ns[0]), (8, 360 * MS));
+}
+
+#[test]
+fn equal_tasks_take_turns() {
+    // One of two has its place. At 40 b lost its last job and a did not, at 80 both lost one.
+    let of = |name: &str| every(once(name, 40, vec![node("n", 25, &[])]), 40);
+    let both = workload(1, vec![of("a"), of("b")]);
+    let expected = ["b/0 25 hopeless", "a/1 40 overload", "b/2 105 hopeless", "a/3 120 overload"];
+    assert_eq!(sheds(&both, Policy::Redrt, 160), expected);
+}
+
+#[test]
+fn who_left_for_nothing_comes_back() {
+    // The keys are 4, 4 and 5. Without a, c ends at 30, without b at 22.
+    let of = |name: &str, value: u32, due_ms: u64, cost_ms: u64| Task {
+        value,
+        ..once(name, due_ms, vec![node("n", cost_ms, &[])])
+    };
+    let three = workload(1, vec![of("a", 1, 6, 2), of("b", 2, 14, 10), of("c", 3, 25, 20)]);
+    let outcome = simulate(&three, Policy::Redrt, 100 * MS);
+    assert_eq!(shed_lines(&outcome), ["b/0 0 overload"]);
+    assert_eq!(lines(&outcome), ["a/0/n 0 0..2", "c/0/n 0 2..22"]);
+}
+
+#[test]
+fn who_takes_lanes_elsewhere_is_not_in_the_way() {
+    let of = |name: &str, value: u32, pool: usize| {
+        let there = written("n", &[], Work::Plain(Part { pool, ..part(10) }));
+        Task { value, ..once(name, 15, vec![there]) }
+    };
+    let mut two = workload(1, vec![of("a", 0, 1), of("b", 1, 0), of("c", 2, 0)]);
+    two.pools.push(Pool { name: "cpu".to_owned(), ..two.pools[0].clone() });
+    assert_eq!(sheds(&two, Policy::Redrt, 100), ["b/0 0 overload"]);
+}
+
+#[test]
+fn a_look_that_lets_many_go_is_followed_by_another() {
+    // Four of 24 jobs have time. 16 leave in one look and three in the next; the last is in nobody's way.
+    let names: Vec<String> = (0..24).map(|index| format!("t{index:02}")).collect();
+    let tasks = names.iter().map(|name| once(name, 40, vec![node("n", 10, &[])])).collect();
+    let mut expected: Vec<String> = names[4..23].iter().map(|name| format!("{name}/0 0 overload")).collect();
+    expected.push("t23/0 40 hopeless".to_owned());
+    assert_eq!(sheds(&workload(1, tasks), Policy::Redrt, 100), expected);
+}
+
+#[test]
+fn a_release_of_higher_rank_takes_the_place_of_the_least() {
+    let a = every(once("a", 200_000, vec![node("n", 1000, &[])]), 1);
+    let full = |value: u32, policy: Policy| {
+        let b = Task { value, ..at(once("b", 2000, vec![node("n", 10, &[])]), 64) };
+        let both = workload(1, vec![a.clone(), b]);
+        let outcome = simulate(&both, policy, 65 * MS);
+        assert_eq!(validate(&both, policy, 65 * MS, &outcome.rows, &outcome.sheds), Ok(()));
+        shed_lines(&outcome)
+    };
+    // Of the 64 of a the last one that came goes; job 64 has the same rank as they.
+    assert_eq!(full(2, Policy::Redrt), ["a/63 64 full", "a/64 64 full"]);
+    assert_eq!(full(1, Policy::Redrt), ["a/64 64 full", "b/0 64 full"]);
+    assert_eq!(full(2, Policy::Edf), ["a/64 64 full", "b/0 64 full"]);
+}
+
+#[test]
+fn a_full_table_starves_nobody_of_higher_value() {
+    let spin = |name: &str, cost_us: u64| {
+        written(name, &[], Work::Plain(Part { wcet_ns: cost_us * 1000, ..part(0) }))
+    };
+    let imu = every(once("imu", 200, vec![spin("filter", 1500)]), 1);
+    let brake =
+        Task { value: 1000, floor: Some((1, 1)), ..every(once("brake", 20, vec![spin("act", 500)]), 20) };
+    let both = workload(1, vec![imu, brake]);
+    let outcome = simulate(&both, Policy::Redrt, 1000 * MS);
+    assert_eq!(validate(&both, Policy::Redrt, 1000 * MS, &outcome.rows, &outcome.sheds), Ok(()));
+    assert_eq!((outcome.tasks[1].released, outcome.tasks[1].on_time), (50, 50));
+    assert!(outcome.sheds.iter().any(|shed| shed.at_ns.is_multiple_of(20 * MS)));
+    assert!(outcome.sheds.iter().all(|shed| shed.reason == Reason::Full && shed.task == "imu"));
 }

@@ -1,0 +1,85 @@
+//! What is left of a job, until when it can end, and who goes first (8.2, 8.6).
+
+use std::cmp::Reverse;
+
+use super::job::{Job, State};
+use super::{FLOOR_MEMORY, PROBE_EVERY, Sim};
+use crate::graph::Role;
+
+/// In time or a probe; not spared by its floor; value; a probe of a task that only loses.
+pub(super) type Rank = (bool, bool, u32, bool);
+
+/// The order in which jobs go, the least first: rank, started, work, release, task, job index.
+pub(super) type Standing = (Rank, bool, Reverse<u128>, Reverse<u64>, Reverse<usize>, Reverse<u64>);
+
+impl Sim<'_> {
+    /// What is left of each node. Every execution takes the WCET, so that this is estimate and best case.
+    fn left(&self, job: &Job, now: u64) -> Vec<u64> {
+        let left = |node: usize| {
+            let sub = &job.graph.nodes[node];
+            let encodes = job.frames[node].as_ref().filter(|_| sub.role == Role::Encoder);
+            let is_there =
+                encodes.is_some_and(|key| self.is_cached(key) || self.running_until(key).is_some());
+            match job.state[node] {
+                State::Done => 0,
+                State::Running(start) => sub.wcet_ns.saturating_sub(now - start),
+                State::Waiting if is_there => 0,
+                State::Waiting => sub.wcet_ns,
+            }
+        };
+        (0..job.state.len()).map(left).collect()
+    }
+
+    /// The earliest instant at which the job can end: its longest path, and its work on all lanes of a pool.
+    pub(super) fn bound(&self, job: &Job, now: u64) -> i128 {
+        let left = self.left(job, now);
+        let mut longest = job.remaining_path(&left);
+        for (pool, model) in self.workload.pools.iter().enumerate() {
+            let here = (0..left.len()).filter(|&node| job.graph.nodes[node].pool == pool);
+            let work: u64 = here.map(|node| left[node]).sum();
+            longest = longest.max(i128::from(work.div_ceil(u64::from(model.lanes))));
+        }
+        i128::from(now) + longest
+    }
+
+    /// The rank of a job in flight, or of one that is released now.
+    pub(super) fn rank(&self, job: &Job, now: u64) -> Rank {
+        let probe = job.index.is_multiple_of(PROBE_EVERY);
+        let in_time = self.bound(job, now) <= job.due;
+        let value = self.workload.tasks[job.task].value;
+        (in_time || probe, self.floor_needs(job), value, probe && self.recently_kept(job.task) == 0)
+    }
+
+    /// The place of a job in the order of who goes first.
+    pub(super) fn standing(&self, job: &Job, now: u64) -> Standing {
+        let work: u64 = self.left(job, now).iter().sum();
+        let weight = u128::from(work) * u128::from(PROBE_EVERY + self.recently_kept(job.task));
+        let (release, task, index) = (Reverse(job.release), Reverse(job.task), Reverse(job.index));
+        (self.rank(job, now), job.started, Reverse(weight), release, task, index)
+    }
+
+    /// How many of the last jobs of a task, up to the newest that ended, are not lost. Those before the first are not.
+    fn recently_kept(&self, task: usize) -> u64 {
+        let Some(newest) = self.outcome.newest_ended(task) else { return PROBE_EVERY };
+        let last = (newest + 1).saturating_sub(PROBE_EVERY)..=newest;
+        PROBE_EVERY - last.filter(|&index| self.outcome.is_lost(task, index)).count() as u64
+    }
+
+    /// Whether the floor of the job's task cannot spare the job: some window of consecutive jobs with it would lose
+    /// too many. Neither can it where the window reaches further back than jobs are remembered.
+    pub(super) fn floor_needs(&self, job: &Job) -> bool {
+        let Some((m, k)) = self.workload.tasks[job.task].floor else { return false };
+        let (m, k) = (u64::from(m), u64::from(k));
+        let (window, spare) = (k.min(FLOOR_MEMORY), (k - m) / k.div_ceil(FLOOR_MEMORY));
+        let newest = self.outcome.newest_ended(job.task).unwrap_or(0);
+        if newest.saturating_sub(job.index) + window > FLOOR_MEMORY {
+            return true;
+        }
+        let lost = |index: &u64| *index == job.index || self.outcome.is_lost(job.task, *index);
+        let mut starts = (job.index + 1).saturating_sub(window)..=job.index;
+        starts.any(|start| (start..start + window).filter(lost).count() as u64 > spare)
+    }
+}
+
+#[cfg(test)]
+mod tests;
