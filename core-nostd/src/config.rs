@@ -32,7 +32,8 @@ crate::capacity::values! {
         Never,
         /// The paper's ProactiveDrop: lowest urgency first, while the overload lasts.
         LowestUrgency,
-        /// Provably dead jobs at once; under lasting overload the job of the lowest value.
+        /// Jobs that no schedule can end in time, at once; and of those that the forward schedule has late, the least,
+        /// so that the others are in time.
         Hopeless,
     }
 
@@ -46,7 +47,7 @@ crate::capacity::values! {
 
     /// Where best-case execution times come from.
     pub enum BestCase {
-        /// The shortest of the last 8 executions, the declared one before the first.
+        /// The shortest of the last 8 executions once there are 8, the declared one if that is longer.
         Observed,
         /// The declared one, always.
         Declared,
@@ -121,7 +122,7 @@ impl Config {
         ..Self::RED_IDA
     };
 
-    /// Ours: latest-start keys, precedence gating, merging, frame cache, hopeless-first shedding.
+    /// Ours: latest-start keys, precedence gating, merging, frame cache, and who is given up by the forward schedule.
     pub const REDRT: Self = Self {
         rule: DeadlineRule::LatestStart,
         reassign: Reassign::OnChange,
@@ -152,7 +153,6 @@ impl Config {
 
     /// Whether anything reads the estimator.
     pub(crate) const fn observes(&self) -> bool {
-        self.residual()
-            || (matches!(self.shed, Shed::Hopeless) && matches!(self.best_case, BestCase::Observed))
+        self.residual() || matches!(self.shed, Shed::Hopeless)
     }
 }

@@ -8,7 +8,7 @@ use crate::oversight::Standstills;
 use crate::spares::Spares;
 use crate::stop::Stopper;
 use crate::stream_seat::Ahead;
-use crate::timeline::{Host, Timeline};
+use crate::timeline::{Host, Timeline, release_one};
 use crate::waiting::Waiting;
 use crate::watchdog::Slot;
 use core::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
@@ -194,8 +194,7 @@ pub(crate) fn take_requests<C: Capacity>(
 ) -> u64 {
     let mut first = u64::MAX;
     while let Some(request) = requests.next() {
-        let taken = scheduler.release_at(request.task, request.at, request.capture, now);
-        host.released(request.task.index(), request.at, taken);
+        release_one(scheduler, host, request.task, request.at, request.capture, now);
         first = first.min(request.at.as_nanos());
     }
     first

@@ -81,11 +81,26 @@ impl Timeline {
             let due = self.next.iter_mut().find(|(_, next)| *next == Some(at));
             let Some((releases, next)) = due else { break };
             let release = Instant::from_nanos(at);
-            let taken = scheduler.release_at(releases.task, release, None, now);
-            host.released(releases.task.index(), release, taken);
+            release_one(scheduler, host, releases.task, release, None, now);
             *next = releases.period_ns.and_then(|period| at.checked_add(period));
             first = first.or(Some(at));
         }
         first
+    }
+}
+
+/// Releases a job, which may take the place of another: how that ended is told before the next one could.
+pub(crate) fn release_one<C: Capacity>(
+    scheduler: &mut Recorder<'_, C>,
+    host: &mut impl Host<C>,
+    task: TaskId,
+    release: Instant,
+    capture: Option<u64>,
+    now: Instant,
+) {
+    let taken = scheduler.release_at(task, release, capture, now);
+    host.released(task.index(), release, taken);
+    while let Some(outcome) = scheduler.take_outcome() {
+        host.ended(&outcome);
     }
 }

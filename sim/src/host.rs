@@ -267,6 +267,8 @@ impl<'a> Host<'a> {
                 continue;
             }
             let deadline = now.as_nanos().saturating_add(task.deadline_ns);
+            // One that took another's place leaves an outcome, which the next may not overwrite.
+            self.take_outcomes();
             match self.scheduler.release(self.tasks[i], now) {
                 Ok(_) => self.logs[i].released(now.as_nanos(), deadline),
                 Err(ReleaseError::Full) => {

@@ -169,7 +169,12 @@ impl Drive {
                 Arrival::Sporadic { min_interarrival_ns } => Some(now + min_interarrival_ns),
                 Arrival::Once => None,
             };
-            match self.scheduler.release(self.tasks[task], Instant::from_nanos(now)) {
+            let taken = self.scheduler.release(self.tasks[task], Instant::from_nanos(now));
+            // The outcome of one whose place it took comes before the next release.
+            while let Some(outcome) = self.scheduler.take_outcome() {
+                self.end(&outcome, watch);
+            }
+            match taken {
                 Ok(_) => watch.released(&self.scheduler, task, index, now),
                 Err(ReleaseError::Full) => self.sheds += 1,
                 Err(error) => panic!("an admitted task releases: {error}"),

@@ -124,7 +124,7 @@ impl<C: Capacity, const DEPTH: usize> Dispatcher<C, DEPTH> {
         })
         .await;
         loop {
-            self.take_letters();
+            self.take_letters(&mut ended);
             while let Some(outcome) = self.dispatch() {
                 ended(&outcome);
             }
@@ -137,13 +137,16 @@ impl<C: Capacity, const DEPTH: usize> Dispatcher<C, DEPTH> {
     }
 
     /// Applies what was posted: at most `DEPTH` letters, so that who keeps posting cannot keep the dispatcher.
-    fn take_letters(&self) {
+    fn take_letters(&self, ended: &mut impl FnMut(&Outcome)) {
         for _ in 0..DEPTH {
             let Some(Letter { task, at }) = self.letters.pop() else { return };
-            self.lock(|board| {
+            let outcome = self.lock(|board| {
                 let released = board.scheduler.release_at(task, at, None, clock::now());
                 board.lost_releases = board.lost_releases.saturating_add(u32::from(released.is_err()));
+                // Of a job whose place it took: the next release may take another's.
+                board.scheduler.take_outcome()
             });
+            outcome.iter().for_each(&mut *ended);
         }
     }
 

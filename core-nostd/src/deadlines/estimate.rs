@@ -51,9 +51,14 @@ impl Estimator {
         Some(CostEstimate::from_nanos(mean << self.shift))
     }
 
-    /// Shortest: the best case that was seen.
+    /// Shortest.
     pub fn minimum(&self) -> Option<Duration> {
         self.taken().min().map(|least| self.unscaled(least))
+    }
+
+    /// Shortest of a whole window; fewer samples prove nothing.
+    pub(crate) fn best_case(&self) -> Option<Duration> {
+        self.minimum().filter(|_| usize::from(self.taken) >= WINDOW)
     }
 
     /// Longest.

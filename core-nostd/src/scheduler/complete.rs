@@ -80,7 +80,7 @@ impl<C: Capacity> Scheduler<C> {
     #[inline(always)]
     pub(super) fn done(&mut self, slot: usize, rank: usize, node: NodeId, lane: usize, alone: bool) {
         self.note_node(EventKind::Completed, slot, node, lane);
-        if self.attends & alone {
+        if self.observes & alone {
             self.observe(slot, node, lane);
         }
         self.jobs[slot].running.remove(rank);
@@ -154,28 +154,22 @@ impl<C: Capacity> Scheduler<C> {
         job.parked = parked;
     }
 
-    /// Takes a sample of an execution alone, and counts an overrun; a shorter minimum may have left the window.
+    /// Takes a sample of an execution alone, and counts an overrun.
     #[inline(always)]
     fn observe(&mut self, slot: usize, node: NodeId, lane: usize) {
-        if !self.observes {
-            cold_path();
-            return self.look_now();
-        }
         let executed = self.executed_on(lane);
         let task = &mut self.tasks[self.jobs[slot].task.index()];
         task.estimates[node.index()].push(executed);
         let overran = executed > task.nodes[node.index()].wcet.get();
-        if overran | self.monitor.behind {
-            self.look_closer(slot, node, lane, overran);
+        if overran {
+            self.count_overrun(slot, node, lane);
         }
     }
 
     #[cold]
-    fn look_closer(&mut self, slot: usize, node: NodeId, lane: usize, overran: bool) {
-        if overran {
-            self.counters.overruns += 1;
-            self.note_node(EventKind::Overran, slot, node, lane);
-        }
-        self.alarm = Instant::ZERO;
+    fn count_overrun(&mut self, slot: usize, node: NodeId, lane: usize) {
+        self.counters.overruns += 1;
+        self.tasks[self.jobs[slot].task.index()].overran = true;
+        self.note_node(EventKind::Overran, slot, node, lane);
     }
 }

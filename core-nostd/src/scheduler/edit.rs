@@ -82,7 +82,7 @@ impl<C: Capacity> Scheduler<C> {
             _ => CommitError::Memory,
         })?;
         self.advance(now);
-        self.look_now();
+        self.reopen();
         let lanes = self.lanes_by_pool();
         self.tasks[t].install(&levels, &self.config, lanes.as_ref());
         self.note_task(EventKind::Edited, t, 0);

@@ -21,8 +21,6 @@ crate::capacity::stored! {
         pub(super) started: bool,
         /// Nodes that are not done. As wide as it is loaded: a wide load soon after a narrow store waits for it.
         pub(super) left: u32,
-        /// Whether its worst case ended after the deadline when last looked at.
-        pub(super) behind: bool,
         /// Whether an encoder runs again after its result was thrown away.
         pub(super) reruns: bool,
         pub(super) shed: Option<ShedReason>,
@@ -42,7 +40,7 @@ crate::capacity::stored! {
         pub(super) index: u64,
         /// The capture it reads, by number.
         pub(super) capture: u64,
-        /// After this instant it may have become hopeless.
+        /// Up to this instant it is not lost for certain.
         pub(super) safe_until: Instant,
         /// When it ended.
         pub(super) at: Instant,
@@ -53,7 +51,34 @@ crate::capacity::stored! {
     }
 }
 
+/// What is known of a job at its release.
+#[derive(Debug)]
+pub(super) struct Release {
+    pub(super) task: TaskId,
+    pub(super) index: u64,
+    pub(super) version: bool,
+    pub(super) release: Instant,
+    pub(super) deadline: Instant,
+    pub(super) capture: u64,
+    pub(super) source: CaptureSource,
+}
+
 impl<C: Capacity> Job<C> {
+    /// Makes it a new job of this version of its task, in place: a literal of this size would be built elsewhere and
+    /// copied.
+    #[inline(always)]
+    pub(super) fn begin(&mut self, new: &Release, version: &Version<C>) {
+        *self = Job::EMPTY;
+        (self.task, self.index, self.version) = (new.task, new.index, new.version);
+        self.left = version.len.into();
+        (self.release, self.deadline) = (new.release, new.deadline);
+        (self.capture, self.source) = (new.capture, new.source);
+        self.key = new.release.as_nanos().cast_signed();
+        let safe_until = self.key.saturating_add(version.slack);
+        self.safe_until = Instant::from_nanos(safe_until.max(0).cast_unsigned());
+        (self.ready, self.waiting_for) = (version.sources, version.indegree);
+    }
+
     /// Ranks that are not done.
     pub(super) fn undone(&self, version: &Version<C>) -> NodeSet<C> {
         let mut all = NodeSet::EMPTY;
@@ -78,8 +103,12 @@ impl<C: Capacity> Scheduler<C> {
     }
 
     pub(super) fn node(&self, slot: usize, rank: usize) -> &Node {
-        let node = self.version(slot).order[rank];
-        &self.tasks[self.jobs[slot].task.index()].nodes[usize::from(node)]
+        self.node_of(&self.jobs[slot], rank)
+    }
+
+    pub(super) fn node_of(&self, job: &Job<C>, rank: usize) -> &Node {
+        let task = &self.tasks[job.task.index()];
+        &task.nodes[usize::from(task.version_of(job).order[rank])]
     }
 
     /// Queue key of a job's rank.
@@ -138,6 +167,8 @@ impl<C: Capacity> Scheduler<C> {
         (job.shed, job.at) = (shed, self.now);
         (job.ready, job.parked) = (NodeSet::EMPTY, NodeSet::EMPTY);
         let (task, index) = (job.task.index(), job.index);
+        let is_lost = shed.is_some() || self.now > job.deadline;
+        self.tasks[task].timing.floor.ended(index, is_lost);
         self.tasks[task].versions[usize::from(job.version)].users -= 1;
         for pool in self.pool_numbers() {
             self.pools[pool].queue.remove(slot);
@@ -162,8 +193,15 @@ impl<C: Capacity> Scheduler<C> {
     /// Takes the outcome of one ended job; its place can be used again. `poll` hands outcomes out as well: take
     /// them here before releasing into a full table.
     pub fn take_outcome(&mut self) -> Option<Outcome> {
-        let slot = bits(self.ended).next()?;
-        self.ended &= self.ended - 1;
+        if let Some(outcome) = self.displaced.take() {
+            return Some(outcome);
+        }
+        self.outcome_of(bits(self.ended).next()?)
+    }
+
+    /// Takes the outcome of an ended job out of its slot.
+    pub(super) fn outcome_of(&mut self, slot: usize) -> Option<Outcome> {
+        self.ended &= !(1 << slot);
         let job = &mut self.jobs[slot];
         let id = JobId::new(slot, job.generation);
         job.generation = job.generation.wrapping_add(1);

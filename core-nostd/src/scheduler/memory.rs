@@ -125,7 +125,7 @@ impl<C: Capacity> Scheduler<C> {
             }
         }
         self.free_output(place);
-        // Also of jobs that would have taken the result.
-        self.look_soon(|_, _| true);
+        // Also for jobs that would have taken the result.
+        self.worsened_by_a_start();
     }
 }

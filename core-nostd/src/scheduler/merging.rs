@@ -38,12 +38,11 @@ impl<C: Capacity> Scheduler<C> {
 
     /// An encoder got a lane: others join its unit, and those of its key that cannot wait for its result.
     fn share(&mut self, slot: usize, rank: usize, lane: usize) {
-        let Some(key) = self.frame_key(slot, rank) else { return };
+        let Some(key) = self.frame_key(&self.jobs[slot], rank) else { return };
         let mut places = self.outputs.as_ref().iter().take(usize::from(u8::MAX));
         let place = places.position(|output| output.state == OutputState::Free);
-        let best = self.best_case(slot, rank);
         let l = &mut self.lanes[lane];
-        (l.is_encoder, l.best, l.output) = (true, best, place.map_or(0, |place| place as u16 + 1));
+        (l.is_encoder, l.output) = (true, place.map_or(0, |place| place as u16 + 1));
         if let Some(place) = place {
             self.outputs[place] = Output::new(key, l.pool, OutputState::Running(lane as u8));
         }
@@ -57,7 +56,6 @@ impl<C: Capacity> Scheduler<C> {
                     self.requeue(other);
                 }
             }
-            self.look_soon(Self::waits_longer);
         }
     }
 
@@ -87,11 +85,10 @@ impl<C: Capacity> Scheduler<C> {
             unit = both;
             self.hold(lane, grow);
             self.run_on(other, r, lane);
-            let best = self.best_case(other, r);
             let l = &mut self.lanes[lane];
             l.members |= 1 << other;
+            l.expects = if l.merged { l.expects } else { 0 };
             l.merged = true;
-            l.best = l.best.max(best);
             self.note(EventKind::Started, other, r, lane);
             self.requeue(other);
         }
@@ -101,7 +98,7 @@ impl<C: Capacity> Scheduler<C> {
     fn sharing(&self, slot: usize, pool: usize, key: FrameKey) -> impl Iterator<Item = usize> + '_ {
         let version = self.version(slot);
         let ready = version.encoders.and(&self.jobs[slot].ready).and(&version.in_pool[pool]);
-        ready.iter().filter(move |r| self.frame_key(slot, *r) == Some(key))
+        ready.iter().filter(move |r| self.frame_key(&self.jobs[slot], *r) == Some(key))
     }
 
     fn candidate(&self, slot: usize, rank: usize) -> Candidate {

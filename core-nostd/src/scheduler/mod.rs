@@ -25,6 +25,7 @@
 //! | `release` | O(nodes) |
 //! | `complete`, `poll` | O(successors + log jobs); with encoders O(jobs * encoders) |
 //! | `poll` when a job may be lost, at ticks, and under re-assignment | O(jobs * (nodes + edges)) |
+//! | `poll` when the outlook may have become worse | 33 forward schedules, each O(jobs * nodes * (jobs + lanes)) |
 //! | `commit` | O(nodes log nodes + edges) |
 
 pub(crate) mod action;
@@ -34,6 +35,7 @@ pub(crate) mod complete;
 mod dispatch;
 pub(crate) mod edit;
 pub(crate) mod event;
+mod forward;
 mod jobs;
 mod lookahead;
 mod memory;
@@ -41,13 +43,15 @@ mod merging;
 mod monitor;
 mod outlook;
 mod outputs;
+mod overload;
 pub(crate) mod pools;
 mod preempt;
 pub(crate) mod release;
-mod shed;
+mod standing;
 pub(crate) mod status;
 pub(crate) mod tasks;
 pub(crate) mod units;
+mod urgency;
 mod version;
 
 use crate::capacity::{Capacity, Empty};
@@ -57,6 +61,7 @@ use crate::policy::frame_cache::Output;
 use crate::time::{Duration, Instant};
 use core::hint::cold_path;
 use core::ops::Range;
+use action::Outcome;
 use event::Record;
 use jobs::Job;
 use monitor::Monitor;
@@ -120,11 +125,9 @@ crate::capacity::stored! {
         /// Whether keys are re-assigned at each dispatch, and whether something happened since they were.
         reassigns: bool,
         stale_keys: bool,
-        /// What the configuration says, looked up once.
+        /// What the configuration says, looked up once: which keys move, and whether executions are samples.
         residual: bool,
         observes: bool,
-        /// Whether completions are looked at: to take samples, or because jobs became longer.
-        attends: bool,
         pool_count: u8,
         lane_count: u8,
         /// Units ever dispatched, jobs ever released.
@@ -137,6 +140,8 @@ crate::capacity::stored! {
         outputs: C::Nodes<Output>,
         beside: C::Lanes<Beside>,
         sensors: C::Nodes<Duration>,
+        /// How a job ended whose place another took, until that is taken.
+        displaced: Option<Outcome>,
         monitor: Monitor,
         counters: Counters,
         record: Record<C>,
@@ -163,10 +168,9 @@ impl<C: Capacity> Scheduler<C> {
         *self = Self::EMPTY;
         self.config = config;
         self.observes = config.observes();
-        self.attends = self.observes;
         self.residual = config.residual();
         self.reassigns = self.residual && config.reassign == Reassign::OnDispatch;
-        (self.alarm, self.monitor.wake) = (Instant::MAX, Instant::MAX);
+        (self.alarm, self.monitor.wake, self.monitor.worse) = (Instant::MAX, Instant::MAX, Instant::MAX);
         self.record.open();
         let lanes = config.lanes.clamp(1, C::LANES as u8);
         // One to LANES lanes in the first of at least one pool: there is room.
@@ -200,8 +204,8 @@ impl<C: Capacity> Scheduler<C> {
         self.active = ((1u64 << self.pool_count) - 1) as u32;
     }
 
-    /// Holds time: a step back is counted and the latest time kept. At the first event of a new tick it takes
-    /// the busy time at the tick's start.
+    /// Holds time: a step back is counted and the latest time kept. At the first event of a new tick it counts those
+    /// before it.
     #[inline(always)]
     fn advance(&mut self, now: Instant) -> Instant {
         let into = now.as_nanos().wrapping_sub(self.window.as_nanos());

@@ -1,9 +1,12 @@
-//! The clock's side of shedding: when jobs may have become hopeless, and the overload ticks.
+//! The clock's side of giving jobs up: when jobs may have become lost, and the paper's overload ticks.
 //!
-//! Looking at every job at every event would cost O(jobs * (nodes + edges)) each time. A job whose worst case
-//! still ends in time is not hopeless and has no negative slack, so it needs no look before `safe_until`, its
-//! deadline less its longest remaining path; ticks before the first of these instants change nothing and are
-//! not asked for.
+//! Looking at every job at every event would cost O(jobs * (nodes + edges)) each time. A job is not lost before
+//! `safe_until`, its deadline less the least time in which it can end, and the forward schedule does not get worse
+//! but by what is released, lost or outruns its estimate. `alarm` is never after the first of these instants.
+//!
+//! *Ticks of the paper's rule on a real clock.* They are at multiples of the tick. One at which `poll` is called sees
+//! what all events of the instant left. Those that lie between two calls saw what the first of these left: lanes as
+//! busy as since then, queues as long. The next call counts them all.
 
 use super::{Scheduler, action::ShedReason, bits, outlook::Case};
 use crate::capacity::Capacity;
@@ -16,14 +19,18 @@ const NEXT: Duration = Duration::from_nanos(1);
 crate::capacity::stored! {
     #[derive(Clone, Copy, Debug)]
     pub(super) struct Monitor {
-        /// Last tick that was looked at, plus one nanosecond; 0 before the first.
-        looked_at: u64,
         /// When a lane that is left idle is asked for again.
         pub(super) wake: Instant,
+        /// From when on the forward schedule has to be looked at, whatever the lanes do.
+        pub(super) worse: Instant,
+        /// When it was last looked at.
+        pub(super) looked: Instant,
+        /// The least time that a job in flight had left then, in nanoseconds.
+        pub(super) laxity: u64,
         /// Consecutive ticks with overload.
-        pub(super) over: u8,
-        /// Whether the worst case of a job may end after its deadline.
-        pub(super) behind: bool,
+        pub(super) over: u32,
+        /// Whether the tick at the start of the window was counted.
+        counted: bool,
     }
 }
 
@@ -36,18 +43,59 @@ impl<C: Capacity> Scheduler<C> {
             return self.now;
         }
         let tick = self.tick().as_nanos();
-        let start = now.as_nanos() / tick * tick;
-        let before = Instant::from_nanos(start.saturating_sub(tick));
-        // Nothing happened since the last event, so the lanes tell how busy they were up to any instant since.
-        for pool in self.pool_numbers() {
-            let base =
-                if before == self.window { self.pools[pool].mark } else { self.busy_until(pool, before) };
-            let mark = self.busy_until(pool, Instant::from_nanos(start));
-            self.pools[pool].mark = mark;
-            self.pools[pool].tick_busy = mark.wrapping_sub(base);
+        let start = Instant::from_nanos(now.as_nanos() / tick * tick);
+        if self.config.shed == Shed::LowestUrgency {
+            self.pass_ticks(start, start == now);
         }
-        (self.window, self.now) = (Instant::from_nanos(start), now);
+        (self.window, self.now) = (start, now);
         now
+    }
+
+    /// Counts the ticks up to `last` that nobody looked at, but not `last` itself if it begins now. Time bound:
+    /// O(pools * jobs), however many there are.
+    fn pass_ticks(&mut self, last: Instant, begins_now: bool) {
+        if !self.monitor.counted {
+            self.count_ticks(1);
+        }
+        let tick = self.tick().as_nanos();
+        let ticks = (last.as_nanos() - self.window.as_nanos()) / tick;
+        // The first that ended since, whose beginning something may have happened in; the others were alike.
+        self.take_use(Instant::from_nanos(self.window.as_nanos() + tick));
+        if ticks > 1 {
+            self.count_ticks(1);
+            self.take_use(Instant::from_nanos(last.as_nanos() - tick));
+            self.take_use(last);
+            self.count_ticks(ticks - 2);
+        }
+        self.monitor.counted = false;
+        if !begins_now {
+            self.count_ticks(1);
+        }
+    }
+
+    /// Takes the lane time of the tick that ended at `start`, the first instant at which it is asked for.
+    fn take_use(&mut self, start: Instant) {
+        for pool in self.pool_numbers() {
+            let mark = self.busy_until(pool, start);
+            self.pools[pool].tick_busy = mark.wrapping_sub(self.pools[pool].mark);
+            self.pools[pool].mark = mark;
+        }
+    }
+
+    /// Counts ticks that see what is now.
+    fn count_ticks(&mut self, ticks: u64) {
+        if ticks == 0 {
+            return;
+        }
+        let (overload, tick) = (self.config.overload, self.tick());
+        let exceeded = self.pool_numbers().any(|pool| {
+            let (p, queued) = (&self.pools[pool], self.queued_in(pool));
+            let (busy, lanes) = (Duration::from_nanos(p.tick_busy), p.lanes.count_ones() as u8);
+            p.observed > overload.utilisation || overload.exceeded(queued, busy, tick, lanes)
+        });
+        let ticks = u32::try_from(ticks).unwrap_or(u32::MAX);
+        self.monitor.over = if exceeded { self.monitor.over.saturating_add(ticks) } else { 0 };
+        self.monitor.counted = true;
     }
 
     /// Lane time of a pool used up to `instant`, which is not before the last event.
@@ -61,107 +109,94 @@ impl<C: Capacity> Scheduler<C> {
         self.config.overload.tick.max(NEXT)
     }
 
-    /// The tick that goes on, as `looked_at` has it: at the last instant of the clock it is none.
-    fn this_tick(&self) -> u64 {
-        self.window.as_nanos().wrapping_add(1)
-    }
-
-    /// The first tick that was not looked at: this one if it begins now.
+    /// The tick that `poll` must not miss: this one, if it begins now and was not counted, or the next. None under
+    /// other rules.
     fn next_tick(&self) -> Instant {
-        let fresh = self.now == self.window && self.monitor.looked_at != self.this_tick();
-        if fresh { self.window } else { self.window.saturating_add(self.tick()) }
+        match self.config.shed {
+            Shed::LowestUrgency if !self.monitor.counted => self.window,
+            Shed::LowestUrgency => self.window.saturating_add(self.tick()),
+            Shed::Never | Shed::Hopeless => Instant::MAX,
+        }
     }
 
-    /// The first tick that can matter. The paper's rule needs every tick while there is a job, and that after
-    /// which no lane had been busy; ours those at which a job may be behind.
-    fn tick_at(&self) -> Option<Instant> {
-        let busy = || {
-            let used = |pool: usize| self.busy_until(pool, self.now) != self.pools[pool].mark;
-            self.in_flight != 0 || self.running_units() > 0 || self.pool_numbers().any(used)
-        };
-        match self.config.shed {
-            Shed::Never => None,
-            Shed::LowestUrgency => busy().then(|| self.next_tick()),
-            Shed::Hopeless if self.in_flight != 0 && self.monitor.behind => Some(self.next_tick()),
-            Shed::Hopeless => {
-                let tick = self.tick().as_nanos();
-                let safe = self.slots().map(|slot| self.jobs[slot].safe_until.as_nanos()).min()?;
-                Some(Instant::from_nanos((safe / tick + 1).saturating_mul(tick)).max(self.next_tick()))
-            }
-        }
+    /// The next tick while there is a job, or a lane was busy since the last.
+    fn tick_at(&self) -> Instant {
+        let used = |pool: usize| self.busy_until(pool, self.now) != self.pools[pool].mark;
+        let matters = self.config.shed == Shed::LowestUrgency
+            && (self.in_flight != 0 || self.running_units() > 0 || self.pool_numbers().any(used));
+        if matters { self.next_tick() } else { Instant::MAX }
     }
 
     /// When `poll` has to decide even if nothing happens; any other call may change it. Time bound: O(jobs + lanes).
     #[must_use]
     pub fn poll_at(&self) -> Option<Instant> {
-        let late = self.slots().map(|slot| self.late_at(slot)).min();
-        let at = self.tick_at().into_iter().chain(late).min().unwrap_or(Instant::MAX).min(self.monitor.wake);
+        let at = self.tick_at().min(self.late_at()).min(self.monitor.wake).min(self.outrun_at());
         (at < Instant::MAX).then_some(at)
     }
 
-    /// A job was released: `poll` may have to look earlier.
+    /// A job was released: `poll` looks at the forward schedule.
     pub(super) fn watch(&mut self, slot: usize) {
-        if self.in_flight.count_ones() == 1 {
-            (self.monitor.behind, self.alarm) = (false, Instant::MAX);
-        }
-        self.alarm = self.alarm.min(self.look_at(slot)).min(self.tick_to_keep());
-        self.look_now();
-    }
-
-    /// What started, or went to make room, made jobs longer: the next event or tick looks at them.
-    pub(super) fn look_soon(&mut self, is_longer: impl Fn(&Self, usize) -> bool) {
-        if self.config.shed != Shed::Hopeless {
-            return;
-        }
-        let longer = self.slots().filter(|slot| is_longer(self, *slot)).fold(0, |set, slot| set | 1 << slot);
-        if longer == 0 {
-            return;
-        }
-        bits(longer).for_each(|slot| self.jobs[slot].behind = true);
-        (self.monitor.behind, self.attends) = (true, true);
-        if self.next_tick() == self.now {
-            // A tick of this instant came before that.
-            (self.monitor.looked_at, self.monitor.over) = (self.this_tick(), 0);
-        }
-        self.alarm = self.alarm.min(self.now.saturating_add(NEXT));
-    }
-
-    /// Something happened: where a job may be lost, `poll` looks, also if time has not moved since it last did.
-    pub(super) fn look_now(&mut self) {
         self.reopen();
-        if self.monitor.behind {
-            self.alarm = Instant::ZERO;
+        self.alarm = self.alarm.min(self.next_tick()).min(self.aborted_at(slot));
+        if self.config.shed == Shed::Hopeless {
+            (self.monitor.worse, self.alarm) = (Instant::ZERO, Instant::ZERO);
         }
     }
 
-    /// The tick that `poll` must not miss.
-    fn tick_to_keep(&self) -> Instant {
-        match self.config.shed {
-            Shed::LowestUrgency => self.next_tick(),
-            Shed::Hopeless if self.monitor.behind => self.next_tick(),
-            Shed::Never | Shed::Hopeless => Instant::MAX,
+    /// Lanes or results went: every job is looked at again, from `at` on.
+    pub(super) fn worsened(&mut self, at: Instant) {
+        if self.config.shed == Shed::Hopeless {
+            self.slots().for_each(|slot| self.jobs[slot].safe_until = Instant::ZERO);
+            self.monitor.worse = self.monitor.worse.min(at);
+            self.alarm = self.alarm.min(at);
         }
     }
 
-    /// From when on an event must look at a job. Where it may be hopeless no event is made for it: while one of
-    /// its nodes runs, the instant moves along with the clock.
-    fn look_at(&self, slot: usize) -> Instant {
-        let is_watched = self.config.shed == Shed::Hopeless;
-        let doubt = if is_watched { self.jobs[slot].safe_until.saturating_add(NEXT) } else { Instant::MAX };
-        doubt.min(self.late_at(slot))
+    /// As [`worsened`](Self::worsened), from the next instant on: this one has been looked at.
+    pub(super) fn worsened_by_a_start(&mut self) {
+        self.worsened(self.now.saturating_add(NEXT));
     }
 
-    /// When a job is given up for being late.
-    fn late_at(&self, slot: usize) -> Instant {
+    /// When the first job is given up for being late.
+    fn late_at(&self) -> Instant {
+        let continues = self.config.late == Late::Continue;
+        let slots = if continues { 0 } else { self.in_flight };
+        bits(slots).map(|slot| self.aborted_at(slot)).min().unwrap_or(Instant::MAX)
+    }
+
+    fn aborted_at(&self, slot: usize) -> Instant {
         match self.config.late {
             Late::AbortJob => self.jobs[slot].deadline.saturating_add(NEXT),
             Late::Continue => Instant::MAX,
         }
     }
 
-    /// Tick, sheds, and when to look again.
+    /// When the first running unit will have outrun its estimate by more than anybody in flight can spare.
+    fn outrun_at(&self) -> Instant {
+        if self.config.shed != Shed::Hopeless || self.in_flight == 0 || self.monitor.laxity == u64::MAX {
+            return Instant::MAX;
+        }
+        let busy = (0..self.lanes()).filter(|lane| self.lanes[*lane].members != 0 && self.lanes[*lane].is_busy());
+        busy.map(|lane| self.outruns_at(lane)).min().unwrap_or(Instant::MAX)
+    }
+
+    /// When the unit on a lane will have outrun its estimate, or after that the longest of its last executions, by more
+    /// than the laxity; then each time that it has run twice as long as when it was last looked at.
+    fn outruns_at(&self, lane: usize) -> Instant {
+        let l = &self.lanes[lane];
+        let (mean, longest) = self.expected_to_run(l.slot.into(), l.rank.into());
+        let begun = i128::from(l.started.as_nanos()) - i128::from(l.carried.as_nanos());
+        let spare = i128::from(self.monitor.laxity) + 1;
+        let looked = i128::from(self.monitor.looked.as_nanos());
+        let known = [mean, longest].map(|cost| begun + i128::from(cost) + spare);
+        let at = known.into_iter().find(|at| *at > looked).unwrap_or(looked + (looked - begun).max(1));
+        Instant::from_nanos(u64::try_from(at).unwrap_or(u64::MAX))
+    }
+
+    /// Ticks, jobs to give up, and when to look again.
     pub(super) fn monitor_and_shed(&mut self) {
-        let doomed = if self.config.shed == Shed::Hopeless { self.look_ahead() } else { 0 };
+        let ours = self.config.shed == Shed::Hopeless;
+        let doomed = if ours { self.certain() } else { 0 };
         let fires = self.tick_fires();
         bits(doomed).for_each(|slot| self.end_job(slot, Some(ShedReason::Hopeless)));
         for slot in self.slots() {
@@ -170,58 +205,52 @@ impl<C: Capacity> Scheduler<C> {
             }
         }
         if fires {
-            self.shed_overload();
+            self.drop_least_urgent();
         }
-        self.monitor.behind = self.slots().any(|slot| self.jobs[slot].behind);
-        self.attends = self.observes;
+        if ours && (self.now >= self.monitor.worse || self.now >= self.outrun_at()) {
+            self.look();
+        }
         if self.now >= self.monitor.wake {
             self.reopen();
         }
-        let look = self.slots().map(|slot| self.look_at(slot)).min();
-        self.alarm = self.tick_to_keep().min(look.unwrap_or(Instant::MAX)).min(self.monitor.wake);
+        self.alarm = self.next_tick().min(self.late_at()).min(self.monitor.wake);
+        if ours && self.in_flight != 0 {
+            let safe = self.slots().map(|slot| self.jobs[slot].safe_until).min().unwrap_or(Instant::MAX);
+            // What starts from now on has outrun nothing before that.
+            let spare = self.now.saturating_add(Duration::from_nanos(self.monitor.laxity));
+            let look = safe.min(spare).saturating_add(NEXT).min(self.outrun_at()).min(self.monitor.worse);
+            self.alarm = self.alarm.min(look);
+        }
     }
 
-    /// Brings the outlook of every job that needs it up to date; returns those that are lost for certain.
-    fn look_ahead(&mut self) -> u64 {
+    /// The jobs that no schedule can end in time.
+    fn certain(&mut self) -> u64 {
         let mut doomed = 0;
         for slot in self.slots() {
-            // A best case may have grown since (a short sample left the window): look at those again, always.
-            let waits = self.waits_longer(slot);
             let job = &self.jobs[slot];
-            if self.now <= job.safe_until && !job.behind && !waits {
+            if self.now <= job.safe_until {
                 continue;
             }
-            let outlook = |case| {
-                let left = job.deadline.as_nanos().checked_sub(self.remaining_path(slot, case));
+            let latest_by = |case| {
+                let left = job.deadline.as_nanos().checked_sub(self.bound(job, slot, case));
                 left.map(Instant::from_nanos).filter(|latest| self.now <= *latest)
             };
-            let worst = outlook(Case::Worst);
-            let best = if worst.is_some() && !waits { worst } else { outlook(Case::Best) };
-            doomed |= u64::from(best.is_none()) << slot;
-            let job = &mut self.jobs[slot];
-            (job.safe_until, job.behind) = (worst.or(best).unwrap_or(self.now), worst.is_none());
+            let latest = latest_by(Case::Worst).or_else(|| latest_by(Case::Best));
+            doomed |= u64::from(latest.is_none()) << slot;
+            self.jobs[slot].safe_until = latest.unwrap_or(self.now);
         }
         doomed
     }
 
-    /// Looks at the tick that begins now, once; whether shedding is due. A tick that nobody looked at in time was
-    /// not seen, so nothing goes on over it.
+    /// Counts the tick whose instant events came at, once; whether shedding is due.
     fn tick_fires(&mut self) -> bool {
-        let (overload, tick) = (self.config.overload, self.tick());
-        let follows = self.monitor.looked_at == self.this_tick().wrapping_sub(tick.as_nanos());
-        if self.next_tick() != self.now {
+        if self.config.shed != Shed::LowestUrgency {
             return false;
         }
-        self.monitor.looked_at = self.this_tick();
+        if !self.monitor.counted {
+            self.count_ticks(1);
+        }
         self.age_keys();
-        let exceeded = self.pool_numbers().any(|pool| {
-            let (p, queued) = (&self.pools[pool], self.queued_in(pool));
-            let (busy, lanes) = (Duration::from_nanos(p.tick_busy), p.lanes.count_ones() as u8);
-            p.observed > overload.utilisation || overload.exceeded(queued, busy, tick, lanes)
-        });
-        let late = self.config.shed != Shed::Hopeless || self.slots().any(|slot| self.jobs[slot].behind);
-        let before = if follows { self.monitor.over } else { 0 };
-        self.monitor.over = if exceeded && late { before.saturating_add(1) } else { 0 };
-        self.monitor.over >= overload.ticks
+        self.monitor.over >= u32::from(self.config.overload.ticks)
     }
 }

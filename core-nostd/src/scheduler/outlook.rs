@@ -1,32 +1,34 @@
 //! How much of a job is left: longest remaining path, remaining work, the residual key.
 //!
-//! *Rule.* One reverse topological pass over nodes that are not done. A running node counts what is left of
-//! it. In the best case an encoder whose result is kept counts 0, and one whose key is running ends with that
-//! unit, whatever it would take itself.
-//! *Why the best case is a proof.* No schedule can end a job before now plus its longest path at best-case
-//! costs, so a job for which that is after the deadline is lost whatever is done.
+//! *Rule.* One reverse topological pass over nodes that are not done. A node that runs counts what is left of it. By
+//! best case and by estimate an encoder whose result is kept, or is being computed, counts 0.
+//! *Why the best case is a proof.* No schedule can end a job before now plus its longest path, nor before now plus the
+//! work it leaves to a pool over that pool's lanes. A job for which that is after the deadline is lost whatever is done.
 
-use super::Scheduler;
+use super::{Scheduler, bits, jobs::Job};
 use crate::capacity::{Capacity, Empty};
 use crate::config::BestCase;
 use crate::deadlines::Estimator;
 use crate::deadlines::exact::share;
 use crate::graph::Node;
-use crate::policy::frame_cache::OutputState;
 use crate::time::{CostEstimate, Duration};
 
 /// Which execution times to count with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Case {
+    /// The shortest that is declared, or was seen in a whole window.
     Best,
+    /// The mean of the window, the WCET before the first sample.
+    Expected,
+    /// WCET plus contention, and every encoder runs.
     Worst,
 }
 
 impl<C: Capacity> Scheduler<C> {
     /// Visits a job's ranks from the sinks on; `visit` gets a rank and the longest path after it, and returns the
     /// longest from it on. Time bound: O(nodes + edges).
-    fn backwards(&self, slot: usize, mut visit: impl FnMut(usize, u64) -> u64) {
-        let version = self.version(slot);
+    fn backwards(&self, job: &Job<C>, mut visit: impl FnMut(usize, u64) -> u64) {
+        let version = self.tasks[job.task.index()].version_of(job);
         let mut path = <C::Nodes<u64>>::EMPTY;
         for at in (0..usize::from(version.len)).rev() {
             let rank = usize::from(version.topological[at]);
@@ -37,101 +39,100 @@ impl<C: Capacity> Scheduler<C> {
     /// Longest path after a rank at WCET, in nanoseconds.
     pub(super) fn tail_after(&self, slot: usize, rank: usize) -> u64 {
         let mut tail = 0;
-        self.backwards(slot, |at, after| {
+        self.backwards(&self.jobs[slot], |at, after| {
             tail = if at == rank { after } else { tail };
             after + self.node(slot, at).cost()
         });
         tail
     }
 
-    /// Longest path of what is left of a job, in nanoseconds.
-    pub(super) fn remaining_path(&self, slot: usize, case: Case) -> u64 {
-        let mut longest = 0;
-        self.backwards(slot, |rank, after| {
-            if self.jobs[slot].done.contains(rank) {
+    /// The least time from now in which a job can end, in nanoseconds: its longest remaining path, and for each pool
+    /// the work left there over its lanes. `slot` is where the job is, or none where it is only about to be.
+    pub(super) fn bound(&self, job: &Job<C>, slot: usize, case: Case) -> u64 {
+        let (mut longest, mut work) = (0u64, <C::Pools<u64>>::EMPTY);
+        self.backwards(job, |rank, after| {
+            if job.done.contains(rank) {
                 return 0;
             }
-            let (chained, alone) = self.left_of(slot, rank, case);
-            longest = longest.max(after.saturating_add(alone));
-            after.saturating_add(chained)
+            let (left, pool) = (self.left_of(job, slot, rank, case), self.node_of(job, rank).pool.index());
+            work[pool] = work[pool].saturating_add(left);
+            longest = longest.max(after.saturating_add(left));
+            after.saturating_add(left)
         });
-        longest
+        let lanes = |pool: &usize| self.pools[*pool].lanes.count_ones();
+        let share = |pool: usize| work[pool].div_ceil(lanes(&pool).into());
+        self.pool_numbers().filter(|pool| lanes(pool) > 0).map(share).fold(longest, u64::max)
     }
 
-    /// What is left of a rank that is not done, in nanoseconds: behind its predecessors, and from now on.
-    ///
-    /// They differ for an encoder whose key runs elsewhere: it ends when both its predecessors and that unit
-    /// have, so behind its predecessors it may cost nothing.
-    fn left_of(&self, slot: usize, rank: usize, case: Case) -> (u64, u64) {
+    /// What is left of a rank that is not done, in nanoseconds.
+    pub(super) fn left_of(&self, job: &Job<C>, slot: usize, rank: usize, case: Case) -> u64 {
+        let (node, window) = self.history(job, rank);
         let whole = match case {
-            Case::Best => self.best_case(slot, rank),
-            Case::Worst => self.node(slot, rank).cost(),
+            Case::Best => self.best_case(node, window),
+            Case::Expected => window.mean().map_or(node.wcet.as_nanos(), CostEstimate::as_nanos),
+            Case::Worst => node.cost(),
         };
-        if let Some(executed) = self.executed(slot, rank) {
-            let left = whole.saturating_sub(executed.as_nanos());
-            return (left, left);
+        if let Some(executed) = self.executed(job, slot, rank) {
+            let executed = executed.as_nanos();
+            let is_outrun = case == Case::Expected && executed > whole;
+            let whole = if is_outrun { longest(window) } else { whole };
+            return whole.saturating_sub(executed);
         }
-        match (case, self.output_of(slot, rank)) {
-            (Case::Best, Some((_, OutputState::Kept))) => (0, 0),
-            (Case::Best, Some((_, OutputState::Running(lane)))) => (0, self.left_on(lane.into())),
-            _ => (whole, whole),
-        }
+        let is_there = case != Case::Worst
+            && self.tasks[job.task.index()].version_of(job).encoders.contains(rank)
+            && self.output_of(job, rank).is_some();
+        if is_there { 0 } else { whole }
     }
 
-    /// What is left, at best, of the encoder's unit that runs on a lane, in nanoseconds.
-    fn left_on(&self, lane: usize) -> u64 {
-        self.lanes[lane].best.saturating_sub(self.executed_on(lane).as_nanos())
+    /// What is left of the unit on a lane by estimates, in nanoseconds: the longest of its members', those included
+    /// whose jobs were given up.
+    pub(super) fn left_on(&self, lane: usize) -> u64 {
+        let l = &self.lanes[lane];
+        let of_gone = if l.merged { l.expects.saturating_sub(self.executed_on(lane).as_nanos()) } else { 0 };
+        let left = |slot: usize, rank| self.left_of(&self.jobs[slot], slot, rank, Case::Expected);
+        let members = bits(l.members).flat_map(|slot| self.ranks_on(slot, lane).map(move |rank| left(slot, rank)));
+        members.fold(of_gone, u64::max)
     }
 
-    /// Whether an encoder of the job has to wait for a running one of its key that takes longer than what the job
-    /// was last looked at with: its best case is then beyond its worst case alone, or its best where it is behind.
-    pub(super) fn waits_longer(&self, slot: usize) -> bool {
-        let runs = |lane: &usize| self.lanes[*lane].is_busy() && self.lanes[*lane].is_encoder;
-        let longest = (0..self.lanes()).filter(runs).map(|lane| self.left_on(lane)).max();
-        // Costs first: looking for a key takes longer.
-        self.open_encoders(slot).iter().any(|e| {
-            let behind = self.jobs[slot].behind;
-            let cost = if behind { self.best_case(slot, e) } else { self.node(slot, e).cost() };
-            let waits =
-                |(_, state)| matches!(state, OutputState::Running(l) if self.left_on(l.into()) > cost);
-            Some(cost) < longest && self.output_of(slot, e).is_some_and(waits)
-        })
+    /// The estimate of a running rank, and the longest of its last executions, in nanoseconds.
+    pub(super) fn expected_to_run(&self, slot: usize, rank: usize) -> (u64, u64) {
+        let (node, window) = self.history(&self.jobs[slot], rank);
+        let mean = window.mean().map_or(node.wcet.as_nanos(), CostEstimate::as_nanos);
+        (mean, longest(window))
     }
 
-    fn history(&self, slot: usize, rank: usize) -> (&Node, &Estimator) {
-        let task = &self.tasks[self.jobs[slot].task.index()];
-        let node = usize::from(self.version(slot).order[rank]);
+    fn history(&self, job: &Job<C>, rank: usize) -> (&Node, &Estimator) {
+        let task = &self.tasks[job.task.index()];
+        let node = usize::from(task.version_of(job).order[rank]);
         (&task.nodes[node], &task.estimates[node])
     }
 
-    /// Best case of a rank, in nanoseconds; never above its cost, so that on time at WCET is on time at best.
-    pub(super) fn best_case(&self, slot: usize, rank: usize) -> u64 {
-        let (node, window) = self.history(slot, rank);
+    /// Best case, in nanoseconds; never above the cost, so that on time at WCET is on time at best.
+    fn best_case(&self, node: &Node, window: &Estimator) -> u64 {
         let is_observed = self.config.best_case == BestCase::Observed;
-        let seen = if is_observed { window.minimum() } else { None };
-        seen.unwrap_or(node.best).as_nanos().min(node.cost())
+        let seen = if is_observed { window.best_case() } else { None };
+        seen.unwrap_or_default().max(node.best).as_nanos().min(node.cost())
     }
 
-    /// Expected cost of a rank: mean of the window plus contention, WCET plus contention before a sample.
+    /// Expected cost of a rank for keys: mean of the window plus contention, WCET plus contention before a sample.
     pub(super) fn expected(&self, slot: usize, rank: usize) -> u64 {
-        let (node, window) = self.history(slot, rank);
+        let (node, window) = self.history(&self.jobs[slot], rank);
         let mean = window.mean().map_or(node.wcet.as_nanos(), CostEstimate::as_nanos);
         mean.saturating_add(node.contention.as_nanos())
     }
 
     /// How long a rank has run. `None`: not at all.
-    fn executed(&self, slot: usize, rank: usize) -> Option<Duration> {
-        let job = &self.jobs[slot];
+    fn executed(&self, job: &Job<C>, slot: usize, rank: usize) -> Option<Duration> {
         if job.running.contains(rank) {
             return Some(self.executed_on(usize::from(job.place[rank])));
         }
         self.suspended_after(slot, rank)
     }
 
-    /// Work that is left of a job at WCET, in nanoseconds.
-    pub(super) fn remaining_work(&self, slot: usize) -> u64 {
-        let undone = self.jobs[slot].undone(self.version(slot));
-        undone.iter().map(|rank| self.left_of(slot, rank, Case::Worst).1).fold(0, u64::saturating_add)
+    /// Work that is left of a job by estimates, in nanoseconds.
+    pub(super) fn remaining_work(&self, job: &Job<C>, slot: usize) -> u64 {
+        let undone = job.undone(self.tasks[job.task.index()].version_of(job));
+        undone.iter().map(|rank| self.left_of(job, slot, rank, Case::Expected)).fold(0, u64::saturating_add)
     }
 
     /// Level share of the residual graph's first level, anchored at now: the key of every ready node.
@@ -143,7 +144,7 @@ impl<C: Capacity> Scheduler<C> {
         let (mut first, mut all) = (0u128, 0u128);
         for rank in job.undone(self.version(slot)).iter() {
             let mut cost = u128::from(self.expected(slot, rank));
-            if let Some(executed) = self.executed(slot, rank) {
+            if let Some(executed) = self.executed(job, slot, rank) {
                 cost = cost.saturating_sub(executed.as_nanos().into()).max(1);
             }
             all += cost;
@@ -159,4 +160,9 @@ impl<C: Capacity> Scheduler<C> {
         };
         self.jobs[slot].key = due.as_nanos().cast_signed();
     }
+}
+
+/// The longest of the last executions, in nanoseconds; 0 before the first.
+fn longest(window: &Estimator) -> u64 {
+    window.maximum().unwrap_or_default().as_nanos()
 }

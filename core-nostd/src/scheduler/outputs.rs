@@ -1,6 +1,6 @@
 //! Encoders: one execution for many sub-jobs. Waiting for a running key, hits, and how long a result lives.
 
-use super::{Scheduler, bits, complete::CompleteError, event::EventKind, units::Lane};
+use super::{Scheduler, bits, complete::CompleteError, event::EventKind, jobs::Job, outlook::Case, units::Lane};
 use crate::capacity::{Capacity, Empty};
 use crate::config::Gate;
 use crate::graph::{NodeSet, Role};
@@ -9,9 +9,8 @@ use crate::policy::frame_cache::{CaptureSource, FrameKey, Output, OutputState};
 
 impl<C: Capacity> Scheduler<C> {
     /// What a job's encoder computes, if the rank is one.
-    pub(super) fn frame_key(&self, slot: usize, rank: usize) -> Option<FrameKey> {
-        let Role::SharedEncoder(frame) = self.node(slot, rank).role else { return None };
-        let job = &self.jobs[slot];
+    pub(super) fn frame_key(&self, job: &Job<C>, rank: usize) -> Option<FrameKey> {
+        let Role::SharedEncoder(frame) = self.node_of(job, rank).role else { return None };
         Some(match (job.source, frame.sensor) {
             (CaptureSource::Job, Some(sensor)) => {
                 let period = self.sensors[sensor.index()].as_nanos().max(1);
@@ -22,8 +21,8 @@ impl<C: Capacity> Scheduler<C> {
     }
 
     /// The result that an encoder would take instead of running, and where it is.
-    pub(super) fn output_of(&self, slot: usize, rank: usize) -> Option<(usize, OutputState)> {
-        let key = self.frame_key(slot, rank).filter(|_| self.config.frame_cache)?;
+    pub(super) fn output_of(&self, job: &Job<C>, rank: usize) -> Option<(usize, OutputState)> {
+        let key = self.frame_key(job, rank).filter(|_| self.config.frame_cache)?;
         let is_there = |o: &Output| matches!(o.state, OutputState::Running(_) | OutputState::Kept);
         let place = self.outputs.as_ref().iter().position(|o| is_there(o) && o.key() == key)?;
         Some((place, self.outputs[place].state))
@@ -35,7 +34,7 @@ impl<C: Capacity> Scheduler<C> {
         // Each round takes one encoder out of the ready set: at most C::NODES rounds.
         loop {
             let ready = self.version(slot).encoders.and(&self.jobs[slot].ready);
-            let met = ready.iter().find_map(|e| Some((e, self.output_of(slot, e)?)));
+            let met = ready.iter().find_map(|e| Some((e, self.output_of(&self.jobs[slot], e)?)));
             let Some((e, (place, state))) = met else { return };
             let job = &mut self.jobs[slot];
             job.ready.remove(e);
@@ -93,13 +92,14 @@ impl<C: Capacity> Scheduler<C> {
     pub(super) fn lose_output(&mut self, place: usize) {
         self.outputs[place].state = OutputState::Free;
         self.wake_parked(self.outputs[place].key());
+        self.worsened(self.now);
     }
 
     /// Parked encoders of this key look again: hits if the result is kept, ready if it is gone.
     fn wake_parked(&mut self, key: FrameKey) {
         for slot in self.slots() {
             let mut woken = self.version(slot).encoders.and(&self.jobs[slot].parked);
-            woken.iter().filter(|e| self.frame_key(slot, *e) != Some(key)).for_each(|e| woken.remove(e));
+            woken.iter().filter(|e| self.frame_key(&self.jobs[slot], *e) != Some(key)).for_each(|e| woken.remove(e));
             if woken.is_empty() {
                 continue;
             }
@@ -146,7 +146,7 @@ impl<C: Capacity> Scheduler<C> {
     /// Frees a result that no uncompleted decoder in flight reads and no encoder of its key could still take.
     fn keep_or_free(&mut self, place: usize) {
         let key = self.outputs[place].key();
-        let could_hit = |slot| self.open_encoders(slot).iter().any(|e| self.frame_key(slot, e) == Some(key));
+        let could_hit = |slot| self.open_encoders(slot).iter().any(|e| self.frame_key(&self.jobs[slot], e) == Some(key));
         let is_needed =
             |slot| self.reader(slot, place).is_some() || self.config.frame_cache && could_hit(slot);
         if self.outputs[place].state == OutputState::Kept && !self.slots().any(is_needed) {
@@ -185,8 +185,12 @@ impl<C: Capacity> Scheduler<C> {
                 continue;
             }
             let members = self.lanes[lane].members & !(1 << slot);
+            let own = |rank| self.left_of(&self.jobs[slot], slot, rank, Case::Expected);
+            let left = self.ranks_on(slot, lane).map(own).fold(0, u64::max);
+            let expects = left.saturating_add(self.executed_on(lane).as_nanos());
             let heir = bits(members).find_map(|slot| Some((slot, self.ranks_on(slot, lane).next()?)));
             let l = &mut self.lanes[lane];
+            l.expects = if l.merged { l.expects.max(expects) } else { expects };
             (l.members, l.merged) = (members, true);
             if let Some((slot, rank)) = heir {
                 (l.slot, l.rank) = (slot as u8, rank as u8);

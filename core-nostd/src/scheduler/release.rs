@@ -1,6 +1,12 @@
 //! `release`: a new job, its sources ready.
 
-use super::{Scheduler, event::EventKind, jobs::Job};
+use super::{
+    Scheduler,
+    action::ShedReason,
+    event::EventKind,
+    jobs::{Job, Release},
+    standing::Rank,
+};
 use crate::capacity::{Capacity, Empty};
 use crate::config::{Gate, Shed};
 use crate::id::{JobId, TaskId};
@@ -13,7 +19,8 @@ crate::error::errors! {
     pub enum ReleaseError {
         /// The task is not admitted, or was removed.
         UnknownTask,
-        /// `C::JOBS` jobs are in flight, or have ended and wait to be taken. The job's index is used up.
+        /// `C::JOBS` jobs are in flight, none of a lower rank, or have ended and wait to be taken. The job's index is
+        /// used up.
         Full,
         /// The release, or its deadline, lies beyond 2^63 ns.
         Overflow,
@@ -28,7 +35,9 @@ impl<C: Capacity> Scheduler<C> {
 
     /// Releases a job whose release was at `release`, for hosts that learn of it later. `capture` is the number
     /// of the frame it reads; `None` takes the sensors' periods, and a capture of its own where a frame has no
-    /// sensor. Time bound: O(nodes). Errors: [`ReleaseError`].
+    /// sensor. Under `Shed::Hopeless` a job that finds the table full takes the place of one that ranks below it, whose
+    /// outcome [`take_outcome`](Self::take_outcome) or `poll` gives next: take that before the next release. Time bound:
+    /// O(nodes), in a full table O(jobs * (nodes + edges)). Errors: [`ReleaseError`].
     #[inline(always)]
     pub fn release_at(
         &mut self,
@@ -45,36 +54,23 @@ impl<C: Capacity> Scheduler<C> {
         let index = task_entry.next_job;
         task_entry.next_job += 1;
         task_entry.released = release;
+        let current = task_entry.current;
+        let (capture, source) =
+            capture.map_or((self.releases + 1, CaptureSource::Job), |capture| (capture, CaptureSource::Host));
+        let new = Release { task, index, version: current, release, deadline, capture, source };
         let slot = (self.in_flight | self.ended).trailing_ones() as usize;
-        if slot >= C::JOBS {
-            self.note_task(EventKind::Refused, t, index);
-            return Err(ReleaseError::Full);
-        }
+        let slot = if slot < C::JOBS { slot } else { self.displace(&new)? };
         self.releases += 1;
-        let current = self.tasks[t].current;
         let version = &mut self.tasks[t].versions[usize::from(current)];
         version.users += 1;
         let job = &mut self.jobs[slot];
-        let (generation, key) = (job.generation, release.as_nanos().cast_signed());
-        // Written in place: a literal of this size would be built elsewhere and copied.
-        *job = Job::EMPTY;
-        (job.task, job.index, job.generation, job.version) = (task, index, generation, current);
-        job.left = version.len.into();
-        (job.release, job.deadline, job.key) = (release, deadline, key);
-        job.capture = capture.unwrap_or(self.releases);
-        job.source = if capture.is_some() { CaptureSource::Host } else { CaptureSource::Job };
-        job.safe_until = Instant::from_nanos(key.saturating_add(version.slack).max(0).cast_unsigned());
-        job.ready = version.sources;
-        job.waiting_for = version.indegree;
-        // Latest start before the epoch: that instant cannot be written, so the job counts as behind at once.
-        job.behind = key < version.slack.saturating_neg();
-        let (lost, has_encoders) = (job.behind, !version.encoders.is_empty());
+        let generation = job.generation;
+        job.begin(&new, version);
+        job.generation = generation;
+        let has_encoders = !version.encoders.is_empty();
         self.in_flight |= 1 << slot;
         self.note_task(EventKind::Released, t, index);
         self.watch(slot);
-        if lost || has_encoders && self.config.shed == Shed::Hopeless && self.waits_longer(slot) {
-            self.alarm = Instant::ZERO;
-        }
         if self.config.gate == Gate::Level {
             self.open_level(slot);
         }
@@ -89,6 +85,26 @@ impl<C: Capacity> Scheduler<C> {
             self.end_if_lost(slot);
         }
         Ok(JobId::new(slot, generation))
+    }
+
+    /// The place for a job that finds the table full: that of the least job, which is given up, if it ranks below.
+    #[cold]
+    fn displace(&mut self, new: &Release) -> Result<usize, ReleaseError> {
+        let task = new.task.index();
+        let mut job = Job::EMPTY;
+        job.begin(new, self.tasks[task].newest());
+        // Of an outcome that was not taken nothing may be forgotten.
+        let may_take = self.config.shed == Shed::Hopeless && self.displaced.is_none();
+        let least = if may_take { self.least() } else { None };
+        let is_below = |least: &(usize, Rank)| least.1 < self.rank(&job, C::JOBS, self.floor_of(&job));
+        let Some((least, _)) = least.filter(is_below) else {
+            self.tasks[task].timing.floor.ended(new.index, true);
+            self.note_task(EventKind::Refused, task, new.index);
+            return Err(ReleaseError::Full);
+        };
+        self.end_job(least, Some(ShedReason::Full));
+        self.displaced = self.outcome_of(least);
+        Ok(least)
     }
 
     /// Called after a job's ready set changed.

@@ -47,13 +47,14 @@ impl Timing {
         if self.period.as_nanos() == 0 { None } else { Some(self.period) }
     }
 
-    /// With a declared value: higher survives overload longer.
+    /// With a declared value: jobs of a lower value never cost a higher one its deadline, but for nodes that hold a lane.
     #[must_use]
     pub const fn value(self, value: u32) -> Self {
         Self { value, ..self }
     }
 
-    /// With a floor: at least `m` of any `k` consecutive jobs are never shed by choice.
+    /// With a floor: at least `m` of any `k` consecutive jobs are to be on time. A job that it cannot spare ranks above
+    /// every value.
     #[must_use]
     pub const fn floor(self, m: u32, k: u32) -> Self {
         Self { floor: Floor::new(m, k), ..self }
@@ -101,6 +102,8 @@ crate::capacity::stored! {
         pub(super) timing: Timing,
         /// One more than the highest node place ever used.
         pub(super) end: u16,
+        /// Whether a node took longer than its WCET, perhaps of late.
+        pub(super) overran: bool,
         pub(super) versions: [Version<C>; 2],
         /// By node id; a place belongs to one node as long as a version uses it.
         pub(super) nodes: C::Nodes<Node>,
@@ -164,6 +167,13 @@ impl<C: Capacity> Task<C> {
     pub(super) fn version_of(&self, job: &Job<C>) -> &Version<C> {
         let [first, second] = &self.versions;
         if job.version { second } else { first }
+    }
+
+    /// Whether no execution that estimates come from took longer than its WCET. Time bound: O(nodes).
+    pub(super) fn has_settled(&mut self) -> bool {
+        let mut nodes = self.nodes.as_ref().iter().zip(self.estimates.as_ref());
+        self.overran = nodes.any(|(node, window)| window.maximum() > Some(node.wcet.get()));
+        !self.overran
     }
 
     pub(super) fn newest(&self) -> &Version<C> {

@@ -18,8 +18,8 @@ crate::capacity::stored! {
         /// Jobs with a member in the unit, a bit per slot; 0: every member's job was given up.
         pub(super) members: u64,
         pub(super) memory: u64,
-        /// Best case of an encoder's unit in nanoseconds: the largest of its members'.
-        pub(super) best: u64,
+        /// Of a unit that gained or lost members: the longest estimate of those whose jobs were given up, in nanoseconds.
+        pub(super) expects: u64,
         /// First member.
         pub(super) slot: u8,
         pub(super) rank: u8,
@@ -195,8 +195,19 @@ impl<C: Capacity> Scheduler<C> {
             let pool = &mut self.pools[usize::from(self.lanes[l].pool)];
             pool.free &= !(1 << l);
             pool.lanes &= !(1 << l);
+            self.measure_all();
         }
         idle
+    }
+
+    /// The number of lanes changed: what jobs can do with them is looked at again.
+    fn measure_all(&mut self) {
+        let lanes = self.lanes_by_pool();
+        for task in self.tasks.as_mut() {
+            let due = task.timing.deadline;
+            task.versions.iter_mut().for_each(|version| version.measure(due, lanes.as_ref()));
+        }
+        self.worsened(self.now);
     }
 
     /// Puts a retired lane back; `false` if it was not retired.
@@ -210,6 +221,9 @@ impl<C: Capacity> Scheduler<C> {
         pool.lanes |= 1 << l;
         pool.free |= u32::from(retired) << l;
         self.active |= u32::from(retired) << self.lanes[l].pool;
+        if retired {
+            self.measure_all();
+        }
         retired
     }
 
@@ -220,7 +234,7 @@ impl<C: Capacity> Scheduler<C> {
         // What waits on it has it already.
         self.pools[usize::from(l.pool)].free &= !self.promised;
         self.activate(usize::from(l.pool));
-        self.look_now();
+        self.reopen();
         let now = &mut self.lanes[lane];
         (now.merged, now.is_encoder, now.leads) = (false, false, false);
         l

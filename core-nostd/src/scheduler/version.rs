@@ -23,8 +23,11 @@ crate::capacity::stored! {
         pub(super) is_plain: bool,
         /// Pools that its nodes use, a bit each.
         pub(super) pool_mask: u32,
-        /// Relative latest start of the most pressing node: D less the critical path.
+        /// What a job has left at its release: D less the least time in which it can end at WCET.
         pub(super) slack: i64,
+        /// Critical path and work by pool at WCET, in nanoseconds.
+        pub(super) path: u64,
+        pub(super) work: C::Pools<u64>,
         pub(super) sources: NodeSet<C>,
         pub(super) encoders: NodeSet<C>,
         pub(super) decoders: NodeSet<C>,
@@ -48,6 +51,7 @@ impl<C: Capacity> Version<C> {
         // What is stored by rank is overwritten below, as far as anybody looks; the sets are filled.
         (new.sources, new.encoders, new.decoders) = (NodeSet::EMPTY, NodeSet::EMPTY, NodeSet::EMPTY);
         (new.in_pool, new.pool_mask, new.users) = (Empty::EMPTY, 0, 0);
+        (new.path, new.work) = (levels.critical_path(), Empty::EMPTY);
         let assigned = SubDeadlines::assign(levels, config.rule, due, lanes);
         let sorted = Self::sorted(levels, |node| if config.residual() { 0 } else { assigned.key[node] });
         let len = dag.len();
@@ -62,6 +66,7 @@ impl<C: Capacity> Version<C> {
             new.height[rank] = levels.height[node];
             let pool = dag.at(node).pool.index();
             new.in_pool[pool].insert(rank);
+            new.work[pool] = new.work[pool].saturating_add(dag.at(node).cost());
             new.pool_mask |= 1 << pool;
             new.sources.insert_if(rank, new.indegree[rank] == 0);
             match dag.at(node).role {
@@ -80,7 +85,14 @@ impl<C: Capacity> Version<C> {
         for (i, node) in levels.places().enumerate() {
             new.topological[i] = rank_of[node];
         }
-        new.slack = due.as_nanos().cast_signed().saturating_sub_unsigned(levels.critical_path());
+        new.measure(due, lanes);
+    }
+
+    /// Takes the least time in which a job can end for lanes that were lost or came back.
+    pub(super) fn measure(&mut self, due: Duration, lanes: &[u8]) {
+        let share = |pool: usize| self.work[pool].div_ceil(lanes[pool].max(1).into());
+        let least = (0..C::POOLS).map(share).fold(self.path, u64::max);
+        self.slack = due.as_nanos().cast_signed().saturating_sub_unsigned(least);
     }
 
     /// Nodes by (key, node id); the node id is in the low 8 bits. Merges runs of 1, 2, 4, ... nodes in pairs: the

@@ -13,7 +13,7 @@ proptest! {
     #![proptest_config(cases(512))]
 
     #[test]
-    fn a_floor_permits_what_keeps_it_and_nothing_else(
+    fn a_floor_spares_what_keeps_it_and_nothing_else(
         k in 1u32..=128, share in 0u32..=100, asked in prop::collection::vec((0u64..4, 0u64..12), 0..150)
     ) {
         let m = k * share / 100;
@@ -26,15 +26,15 @@ proptest! {
                 continue;
             }
             let after: Vec<u64> = dropped.iter().copied().chain([job]).collect();
-            let permits = floor.permits(job);
-            prop_assert!(!permits || !is_violated(&after, m, k), "job {job} after {dropped:?}");
+            let spares = floor.spares(job);
+            prop_assert!(!spares || !is_violated(&after, m, k), "job {job} after {dropped:?}");
             // What lies further back than a floor remembers is kept rather than judged.
             let last = dropped.iter().copied().max().unwrap_or(0);
             if last.saturating_sub(job) + u64::from(k) <= MEMORY {
-                prop_assert_eq!(permits, !is_violated(&after, m, k));
+                prop_assert_eq!(spares, !is_violated(&after, m, k));
             }
-            if permits {
-                floor.dropped(job);
+            if spares {
+                floor.ended(job, true);
                 dropped = after;
             }
         }
@@ -48,8 +48,8 @@ proptest! {
         let (mut job, mut dropped) = (0, Vec::new());
         for ahead in asked {
             job += ahead + 1;
-            if floor.permits(job) {
-                floor.dropped(job);
+            if floor.spares(job) {
+                floor.ended(job, true);
                 dropped.push(job);
             }
         }

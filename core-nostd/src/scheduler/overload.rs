@@ -1,0 +1,136 @@
+//! Overload: who is given up so that others end in time.
+//!
+//! *Rule.* The first job x of the forward schedule that is late is looked at beside all that start a node before it
+//! ends, where it needs lanes too. If x were in time without those below it, the least of these goes. Otherwise x goes
+//! where another, which could be in time, is late beside it; and where none is, x stays: it costs nobody anything, and
+//! so do estimates recover. The schedule is run again. Of several that went, those come back that need not be gone.
+//! *Why it holds.* What goes is below x and saves it, or is late itself. So a job is late because of lower ranks only
+//! where these hold lanes already.
+//! *Time bound.* A look runs at most 3 * [`MOST`] + [`Capacity::JOBS`] + 1 forward schedules.
+
+use super::standing::Standing;
+use super::{Scheduler, action::ShedReason, bits, forward::Forward, outlook::Case};
+use crate::capacity::{Capacity, Empty};
+use crate::policy::floor::Floor;
+use crate::time::Instant;
+
+/// Jobs that go in one look; a further look takes up the rest.
+const MOST: u32 = 16;
+
+impl<C: Capacity> Scheduler<C> {
+    /// Looks at the forward schedule, and gives up who has to go. Time bound: the module's.
+    #[cold]
+    pub(super) fn look(&mut self) {
+        (self.monitor.worse, self.monitor.looked) = (Instant::MAX, self.now);
+        if let Some(laxity) = self.fits_by_far() {
+            self.monitor.laxity = laxity;
+            return;
+        }
+        let forward = self.forward(self.in_flight);
+        let (stay, laxity) = if forward.late == 0 { (self.in_flight, forward.laxity) } else { self.choose(forward) };
+        self.monitor.laxity = laxity;
+        let gone = self.in_flight & !stay;
+        if gone.count_ones() >= MOST {
+            self.monitor.worse = Instant::ZERO;
+        }
+        bits(gone).for_each(|slot| self.end_job(slot, Some(ShedReason::Overload)));
+    }
+
+    /// Who stays, and the laxity of the forward schedule of these.
+    fn choose(&self, mut forward: Forward<C>) -> (u64, u64) {
+        let mut floors = <C::Tasks<Floor>>::EMPTY;
+        (0..C::TASKS).for_each(|task| floors[task] = self.tasks[task].timing.floor);
+        let mut standings = <C::Jobs<Option<Standing>>>::EMPTY;
+        self.slots().for_each(|slot| standings[slot] = Some(self.standing(slot, self.floor_of(&self.jobs[slot]))));
+        let (mut stay, mut kept, mut is_doubtful) = (self.in_flight, 0, false);
+        // Each round keeps a job or lets one go.
+        while let Some(x) = self.first_late(&forward, kept) {
+            let below = |slot: &usize| standings[*slot] < standings[x];
+            let lower = bits(forward.in_the_way(x, stay)).filter(below).fold(0, |set, slot| set | 1 << slot);
+            let is_needed = |y: usize| {
+                forward.share_a_pool(x, y) && self.can_end_in_time(&self.jobs[y], y, Case::Expected)
+            };
+            let goes = if let Some(least) = bits(lower).min_by_key(|slot| standings[*slot])
+                && self.forward(stay & !lower).late >> x & 1 == 0
+            {
+                least
+            } else if bits(forward.late & !kept & !(1 << x)).any(is_needed) {
+                x
+            } else {
+                kept |= 1 << x;
+                is_doubtful |= stay != self.in_flight;
+                continue;
+            };
+            is_doubtful |= stay != self.in_flight;
+            stay &= !(1 << goes);
+            forward = self.forward(stay);
+            if (self.in_flight & !stay).count_ones() >= MOST {
+                break;
+            }
+            let task = self.jobs[goes].task;
+            floors[task.index()].ended(self.jobs[goes].index, true);
+            for slot in bits(stay).filter(|slot| self.jobs[*slot].task == task) {
+                standings[slot] = Some(self.standing(slot, &floors[task.index()]));
+            }
+        }
+        let mut gone = if is_doubtful { self.in_flight & !stay } else { 0 };
+        // Each round takes one of those that went, the greatest first.
+        while let Some(slot) = bits(gone).max_by_key(|slot| standings[*slot]) {
+            gone &= !(1 << slot);
+            let back = self.forward(stay | 1 << slot);
+            if back.late & !kept == 0 {
+                (stay, forward) = (stay | 1 << slot, back);
+            }
+        }
+        (stay, forward.laxity)
+    }
+
+    /// The late job that ends first, of those that are not kept.
+    fn first_late(&self, forward: &Forward<C>, kept: u64) -> Option<usize> {
+        let order = |slot: &usize| {
+            let job = &self.jobs[*slot];
+            (forward.end[*slot], job.release, job.task.index(), job.index)
+        };
+        bits(forward.late & !kept).min_by_key(order)
+    }
+
+    /// Whether all that is in flight ends before the earliest deadline in any order, and by how much: a test that is
+    /// enough, by Graham's bound at WCET. Time bound: O(jobs * pools), where no WCET was exceeded of late.
+    fn fits_by_far(&mut self) -> Option<u64> {
+        let (mut work, mut path, mut encoders) = (<C::Pools<u64>>::EMPTY, 0u64, 0);
+        let mut due = Instant::MAX;
+        for slot in self.slots() {
+            let task = self.jobs[slot].task.index();
+            if self.tasks[task].overran && !self.tasks[task].has_settled() {
+                return None;
+            }
+            let version = self.version(slot);
+            self.pool_numbers().for_each(|pool| work[pool] = work[pool].saturating_add(version.work[pool]));
+            path = path.max(version.path);
+            encoders += version.encoders.len();
+            due = due.min(self.jobs[slot].deadline);
+        }
+        for lane in (0..self.lanes()).filter(|lane| self.lanes[*lane].is_busy()) {
+            let l = &self.lanes[lane];
+            if l.merged || l.members == 0 {
+                // Of a job that was given up, perhaps.
+                let left = self.left_on(lane);
+                work[usize::from(l.pool)] = work[usize::from(l.pool)].saturating_add(left);
+                path = path.saturating_add(left);
+            }
+        }
+        let mut all = 0u64;
+        for pool in self.pool_numbers() {
+            let lanes = self.pools[pool].lanes.count_ones();
+            if lanes == 0 && work[pool] > 0 {
+                return None;
+            }
+            // Who waits for another's encoder waits for work that is counted, but perhaps not along a path.
+            let lanes = if encoders > 1 { 1 } else { lanes.max(1) };
+            all = all.saturating_add(work[pool].div_ceil(lanes.into()));
+        }
+        // On one lane the path is part of the work.
+        let path = if encoders > 1 || self.lane_count == 1 { 0 } else { path };
+        due.as_nanos().checked_sub(self.now.as_nanos())?.checked_sub(all.saturating_add(path))
+    }
+}

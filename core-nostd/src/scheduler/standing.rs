@@ -1,0 +1,77 @@
+//! Who goes first when somebody has to.
+//!
+//! *Rule.* By rank: who can end in time by estimates before who cannot; who is owed by a floor; the value; whose turn
+//! it is. Among equals a job that has not started goes before one that has, then more remaining work before less,
+//! weighed by how its task fared of late, then the newest.
+//! *Why nobody starves.* Each 16th job of a task is a probe: it ranks as if it could end in time, so that an estimate
+//! that is wrong gets another sample, and before its equals if all of the last 16 were lost.
+
+use super::{Scheduler, jobs::Job, outlook::Case};
+use crate::capacity::Capacity;
+use crate::policy::floor::{Floor, RECENT};
+use crate::time::Instant;
+use core::cmp::Reverse;
+
+/// One job in so many is a probe.
+const PROBE: u64 = 16;
+
+crate::capacity::values! {
+    /// What a job is worth beside others, the least first.
+    #[derive(PartialOrd, Ord)]
+    pub(super) struct Rank {
+        /// Whether it can end in time by estimates, or is a probe.
+        has_chance: bool,
+        /// Whether its floor cannot spare it.
+        is_owed: bool,
+        value: u32,
+        /// Whether it is a probe of a task that lost all of late.
+        is_due: bool,
+    }
+}
+
+/// The whole order: of equal ranks the least goes first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Standing {
+    pub(super) rank: Rank,
+    started: bool,
+    last: Reverse<(u64, Instant, usize, u64)>,
+}
+
+impl<C: Capacity> Scheduler<C> {
+    /// Where a job stands, if the jobs of its task fared as `floor` remembers. Time bound: O(nodes + edges).
+    pub(super) fn standing(&self, slot: usize, floor: &Floor) -> Standing {
+        let job = &self.jobs[slot];
+        let kept = RECENT - floor.recently_lost();
+        let weight = self.remaining_work(job, slot).saturating_mul(u64::from(RECENT + kept));
+        let last = Reverse((weight, job.release, job.task.index(), job.index));
+        Standing { rank: self.rank(job, slot, floor), started: job.started, last }
+    }
+
+    /// The rank of a job, which need not be in a slot yet.
+    pub(super) fn rank(&self, job: &Job<C>, slot: usize, floor: &Floor) -> Rank {
+        let in_time = |case| self.can_end_in_time(job, slot, case);
+        let is_probe = job.index.is_multiple_of(PROBE) && in_time(Case::Best);
+        Rank {
+            has_chance: is_probe || in_time(Case::Expected),
+            is_owed: !floor.spares(job.index),
+            value: self.tasks[job.task.index()].timing.value,
+            is_due: is_probe && floor.recently_lost() == RECENT,
+        }
+    }
+
+    /// Whether a job could end in time if the lanes were its own.
+    pub(super) fn can_end_in_time(&self, job: &Job<C>, slot: usize, case: Case) -> bool {
+        let left = job.deadline.as_nanos().checked_sub(self.now.as_nanos());
+        left.is_some_and(|left| self.bound(job, slot, case) <= left)
+    }
+
+    pub(super) fn floor_of(&self, job: &Job<C>) -> &Floor {
+        &self.tasks[job.task.index()].timing.floor
+    }
+
+    /// The least job in flight, and its rank.
+    pub(super) fn least(&self) -> Option<(usize, Rank)> {
+        let standing = |slot| (self.standing(slot, self.floor_of(&self.jobs[slot])), slot);
+        self.slots().map(standing).min().map(|(standing, slot)| (slot, standing.rank))
+    }
+}
