@@ -1,4 +1,5 @@
-//! What others use of a device counts as overload, also where the lanes themselves are hardly busy.
+//! What others use of a device counts as overload under the paper's rule, also where the lanes themselves are hardly
+//! busy.
 
 use red_core::{
     Action, Bytes, Caps, Config, Dag, Duration, Instant, Node, PoolId, Ppm, Scheduler, ShedReason, Timing,
@@ -42,6 +43,6 @@ fn the_papers_rule_sheds_where_others_keep_the_device_busy() {
 }
 
 #[test]
-fn ours_sheds_only_where_a_job_is_behind_as_well() {
+fn ours_sheds_nothing_where_no_job_is_late() {
     assert_eq!(given_up(Config::REDRT, Some(Ppm(1_000_000))), None);
 }

@@ -340,7 +340,7 @@ fn row_38_a_storm_of_edits_is_limited_by_a_typed_refusal_and_dispatch_never_wait
 #[test]
 fn row_39_a_burst_of_minutes_keeps_the_queue_bounded_the_floor_and_an_exact_count() {
     type Burst = Caps<2, 4, 64, 1, 1, 1, 512>;
-    // Three minutes at 180 % of one lane, with deadlines that outlast the monitor's three ticks of 5 ms.
+    // Three minutes at 180 % of one lane, with deadlines that several jobs of both tasks fit into.
     const HORIZON_MS: u64 = 180_000;
     let mut scheduler = Box::new(Scheduler::<Burst>::new(Config::REDRT));
     let valuable = scheduler.add_task(&chain(&[20]), due(500).value(10).floor(1, 1)).expect("room");
@@ -391,7 +391,8 @@ fn row_39_a_burst_of_minutes_keeps_the_queue_bounded_the_floor_and_an_exact_coun
         let told = on_time[task] + shed[task] + late[task] + refused[task];
         assert_eq!(told, released[task], "every job once: {on_time:?} {shed:?} {late:?} {refused:?}");
     }
-    // What the floor promises: nothing of the valuable task is given up by choice. A job that no order could save is.
+    // By floor and value the cheap task is below the valuable one: nothing of that one goes for others. A job that no
+    // order could save does.
     let by_choice = |task: usize| why.get(&(task, Some("overload"))).copied().unwrap_or(0);
     assert_eq!(by_choice(0), 0);
     assert!(by_choice(1) > released[1] / 4, "the cheap task pays: {why:?}");

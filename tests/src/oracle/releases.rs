@@ -100,13 +100,17 @@ impl Sim<'_> {
         any
     }
 
-    /// Gives up the least of the jobs in flight if its rank is below that of the new one (8.7). Whether it is.
+    /// Gives up the least of the jobs in flight if its rank is below that of the new one (8.7). Whether it is. What
+    /// only that one needed is gone before the new one is there.
     fn replace_least(&mut self, new: &Job, now: u64) -> bool {
-        let Some(least) = self.jobs.iter().min_by_key(|job| self.standing(job, now)) else { return false };
-        let replaces = self.policy.is_ours() && self.rank(least, now) < self.rank(new, now);
+        let Some(least) = self.jobs.iter().min_by_key(|job| self.standing(job, &[], now)) else {
+            return false;
+        };
+        let replaces = self.policy.is_ours() && self.rank(least, &[], now) < self.rank(new, &[], now);
         if replaces {
             let (task, index) = (least.task, least.index);
             self.give_up(task, index, now, Reason::Full);
+            self.drop_unused();
         }
         replaces
     }

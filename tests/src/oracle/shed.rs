@@ -8,6 +8,16 @@ use super::job::Job;
 use super::rank::Standing;
 use super::{LEAVE_AT_MOST, OVERLOAD_TICKS, QUEUE_MAX, Reason, Sim, TICK_NS, UTILISATION_PPM};
 
+/// Positions of the jobs in flight during a look.
+struct Look {
+    /// Of whom the forward schedule is.
+    group: Vec<usize>,
+    /// Late, and to stay.
+    kept: Vec<usize>,
+    /// They left the group, in this order.
+    gone: Vec<usize>,
+}
+
 impl Sim<'_> {
     /// One tick of the monitor.
     pub(super) fn observe(&mut self, now: u64) {
@@ -65,36 +75,35 @@ impl Sim<'_> {
 
     /// The jobs that have to go, and whether as many left as one look lets go.
     fn predict(&self, now: u64) -> (Vec<(usize, u64)>, bool) {
-        let standing: Vec<Standing> = self.jobs.iter().map(|job| self.standing(job, now)).collect();
-        let mut group: Vec<usize> = (0..self.jobs.len()).collect();
-        let mut kept: Vec<usize> = Vec::new();
-        let mut left: Vec<usize> = Vec::new();
-        while left.len() < LEAVE_AT_MOST {
-            let fates = self.forward(&group, now);
-            let Some(x) = self.first_late(&fates, &kept) else { break };
-            let starts_before = |j: &&Fate| j.first_start.is_some_and(|start| start < x.end) && j.meets(x);
-            let in_the_way = fates.iter().filter(|j| j.job == x.job || starts_before(j));
-            let least = in_the_way.map(|j| j.job).min_by_key(|&job| standing[job]).expect("x is among them");
-            if least != x.job || self.harms(x, &fates, &kept, now) {
-                group.retain(|&job| job != least);
-                left.push(least);
+        let mut look = Look { group: (0..self.jobs.len()).collect(), kept: Vec::new(), gone: Vec::new() };
+        // Those that left, by what they were when they did.
+        let mut outside: Vec<(Standing, usize)> = Vec::new();
+        let mut kept_later = false;
+        while look.gone.len() < LEAVE_AT_MOST {
+            let fates = self.forward(&look.group, now);
+            let Some(x) = self.first_late(&fates, &look.kept) else { break };
+            if let Some(goes) = self.who_goes(x, &fates, &look, now) {
+                outside.push((self.standing(&self.jobs[goes], &look.gone, now), goes));
+                look.group.retain(|&job| job != goes);
+                look.gone.push(goes);
             } else {
-                kept.push(x.job);
+                look.kept.push(x.job);
+                kept_later |= !look.gone.is_empty();
             }
         }
-        let cut_short = left.len() == LEAVE_AT_MOST;
-        if left.len() >= 2 {
-            left.sort_by_key(|&job| Reverse(standing[job]));
-            left.retain(|&job| {
-                group.push(job);
-                let stays_out = self.first_late(&self.forward(&group, now), &kept).is_some();
+        if kept_later || outside.len() >= 2 {
+            outside.sort_unstable_by_key(|&left| Reverse(left));
+            outside.retain(|&(_, job)| {
+                look.group.push(job);
+                let stays_out = self.first_late(&self.forward(&look.group, now), &look.kept).is_some();
                 if stays_out {
-                    group.pop();
+                    look.group.pop();
                 }
                 stays_out
             });
         }
-        (left.into_iter().map(|job| (self.jobs[job].task, self.jobs[job].index)).collect(), cut_short)
+        let name = |(_, job): (Standing, usize)| (self.jobs[job].task, self.jobs[job].index);
+        (outside.into_iter().map(name).collect(), look.gone.len() == LEAVE_AT_MOST)
     }
 
     /// Of the late jobs that are not kept all the same, the one that ends first.
@@ -104,6 +113,22 @@ impl Sim<'_> {
             let job = &self.jobs[fate.job];
             (fate.end, job.release, job.task, job.index)
         })
+    }
+
+    /// Who leaves because `x` would be late: the least of those below it that are in its way, if it is in time
+    /// without all of them; else `x`, if it harms others; else nobody.
+    fn who_goes(&self, x: &Fate, fates: &[Fate], look: &Look, now: u64) -> Option<usize> {
+        let standing = |job: usize| self.standing(&self.jobs[job], &look.gone, now);
+        let in_the_way = |j: &&Fate| {
+            let starts_before = j.first_start.is_some_and(|start| start < x.end);
+            starts_before && j.meets(x) && standing(j.job) < standing(x.job)
+        };
+        let below: Vec<usize> = fates.iter().filter(in_the_way).map(|j| j.job).collect();
+        let others: Vec<usize> = look.group.iter().copied().filter(|job| !below.contains(job)).collect();
+        let late = |fate: &Fate| fate.job == x.job && self.is_late(fate);
+        let helps = |_: &usize| !self.forward(&others, now).iter().any(late);
+        let least = below.iter().copied().min_by_key(|&job| standing(job)).filter(helps);
+        least.or_else(|| self.harms(x, fates, &look.kept, now).then_some(x.job))
     }
 
     fn is_late(&self, fate: &Fate) -> bool {
@@ -122,7 +147,7 @@ impl Sim<'_> {
     fn drop_least_urgent(&mut self, now: u64) {
         self.reassign(now);
         loop {
-            let candidates = self.jobs.iter().filter(|job| !self.floor_needs(job));
+            let candidates = self.jobs.iter().filter(|job| !self.floor_needs(job, &[]));
             let queued = candidates.flat_map(|job| {
                 let ready = (0..job.state.len()).filter(|&node| job.is_ready(node, false));
                 ready.map(move |node| (urgency(job, node, now), Reverse(order(job, node))))

@@ -41,7 +41,7 @@ proptest! {
     #![proptest_config(cases(150))]
 
     #[test]
-    fn precedence_key_order_memory_merges_and_floors_hold(seed: u64) {
+    fn precedence_key_order_memory_and_merges_hold(seed: u64) {
         judged(&random_workload(seed, &Shape::default()), seed);
     }
 

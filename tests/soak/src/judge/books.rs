@@ -1,5 +1,5 @@
 //! What was asked for, released and ended, told twice: by calls and by events. Both have to agree, every release has to
-//! be answered, every job that was accepted has one outcome, and floors hold.
+//! be answered, every job that was accepted has one outcome, and floors hold back the lowest urgency.
 
 use super::Name;
 use red_core::{Instant, JobId, Outcome, ReleaseError, ShedReason};
@@ -109,13 +109,14 @@ impl Books {
             format!("{taken} jobs were accepted, {} have an outcome", self.outcomes.len())
         })?;
         for (index, task) in self.tasks.iter().enumerate() {
-            let by_choice = |end: &End| matches!(end, Some(ShedReason::Overload | ShedReason::Urgency));
-            let ends = self.ends.iter().filter(|(name, end)| name.0 == index && by_choice(end));
+            // To the other reasons of overload a floor is a matter of rank.
+            let held_back = |end: &End| *end == Some(ShedReason::Urgency);
+            let ends = self.ends.iter().filter(|(name, end)| name.0 == index && held_back(end));
             let mut dropped: Vec<u64> = ends.map(|(name, _)| name.1).collect();
             dropped.sort_unstable();
             let holds = task.floor.is_none_or(|(m, k)| !is_violated(&dropped, m, k));
             ensure(holds, || {
-                format!("task {index}: floor {:?}, given up by choice {dropped:?}", task.floor)
+                format!("task {index}: floor {:?}, given up for urgency {dropped:?}", task.floor)
             })?;
         }
         Ok(())

@@ -172,7 +172,7 @@ fn every_release_and_every_outcome_is_accounted_for() {
 }
 
 #[test]
-fn more_than_a_floor_allows_given_up_by_choice_is_caught() {
+fn more_than_a_floor_allows_given_up_for_urgency_is_caught() {
     let given_up = |jobs: &[u64], reason: ShedReason| {
         let mut judge = judge();
         for job in 0..4 {
@@ -188,8 +188,9 @@ fn more_than_a_floor_allows_given_up_by_choice_is_caught() {
         judge.wrong
     };
     // Two of any three stay.
-    assert_eq!(given_up(&[0, 3], ShedReason::Overload), None);
+    assert_eq!(given_up(&[0, 3], ShedReason::Urgency), None);
     assert_eq!(given_up(&[0, 1, 2], ShedReason::Hopeless), None);
+    assert_eq!(given_up(&[0, 1, 2], ShedReason::Overload), None);
     assert!(given_up(&[1, 3], ShedReason::Urgency).is_some_and(|why| why.contains("floor")));
 }
 

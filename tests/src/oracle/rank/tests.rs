@@ -62,7 +62,7 @@ fn a_floor_counts_every_lost_job() {
     let floored = |floor| workload(1, vec![Task { floor: Some(floor), ..task(one_node()) }]);
     let needs = |workload: &Workload, ended: u64, lost: &[u64], index: u64| {
         let sim = after(workload, ended, |job| lost.contains(&job));
-        sim.floor_needs(&sim.new_job(0, index, 0))
+        sim.floor_needs(&sim.new_job(0, index, 0), &[])
     };
     let one_of_two = floored((1, 2));
     for lost in [3, 4, 5] {
@@ -81,7 +81,7 @@ fn floors_remember_so_many_jobs() {
     let floored = |floor| workload(1, vec![Task { floor: Some(floor), ..task(one_node()) }]);
     let needs = |workload: &Workload, ended: u64, lost: u64, index: u64| {
         let sim = after(workload, ended, |job| job >= ended - lost);
-        sim.floor_needs(&sim.new_job(0, index, 0))
+        sim.floor_needs(&sim.new_job(0, index, 0), &[])
     };
     // A window of 128 jobs may lose 101 / 2.
     let wide = floored((99, 200));
@@ -95,14 +95,16 @@ fn floors_remember_so_many_jobs() {
 }
 
 #[test]
-fn a_probe_ranks_higher_where_it_is_late_or_its_task_only_loses() {
+fn a_probe_ranks_higher_where_its_task_only_loses() {
     let late = workload(1, vec![Task { value: 7, ..task(vec![node("n", 101, &[])]) }]);
     let punctual = workload(1, vec![Task { value: 7, ..task(one_node()) }]);
     let rank = |workload: &Workload, ended: u64, lost: fn(u64) -> bool, index: u64| {
         let sim = after(workload, ended, lost);
-        sim.rank(&sim.new_job(0, index, 0), 0)
+        sim.rank(&sim.new_job(0, index, 0), &[], 0)
     };
-    assert_eq!(rank(&late, 0, |_| true, 0), (true, false, 7, false));
+    // What is lost for certain is no probe.
+    assert_eq!(rank(&late, 0, |_| true, 0), (false, false, 7, false));
+    assert_eq!(rank(&late, 16, |_| true, 16), (false, false, 7, false));
     assert_eq!(rank(&late, 0, |_| true, 1), (false, false, 7, false));
     assert_eq!(rank(&punctual, 0, |_| true, 1), (true, false, 7, false));
     assert_eq!(rank(&punctual, 16, |_| true, 16), (true, false, 7, true));
@@ -118,7 +120,7 @@ fn among_equals_the_one_with_most_work_and_fewest_losses_goes() {
     let workload = workload(1, vec![task(one_node())]);
     let weight = |ended: u64, lost: fn(u64) -> bool| {
         let sim = after(&workload, ended, lost);
-        let Reverse(weight) = sim.standing(&sim.new_job(0, ended, 0), 0).2;
+        let Reverse(weight) = sim.standing(&sim.new_job(0, ended, 0), &[], 0).2;
         weight / u128::from(10 * MS)
     };
     assert_eq!(weight(0, |_| true), 32);
@@ -129,9 +131,31 @@ fn among_equals_the_one_with_most_work_and_fewest_losses_goes() {
     let sim = after(&workload, 0, |_| false);
     let standing = |index: u64, release: u64, started: bool| {
         let job = Job { started, ..sim.new_job(0, index, release) };
-        sim.standing(&job, release)
+        sim.standing(&job, &[], release)
     };
     assert!(standing(5, 0, false) < standing(4, 0, true));
     assert!(standing(4, 1, false) < standing(4, 0, false));
     assert!(standing(5, 0, false) < standing(4, 0, false));
+}
+
+#[test]
+fn who_left_counts_as_ended_and_lost() {
+    let floored = workload(1, vec![Task { floor: Some((1, 2)), ..task(one_node()) }]);
+    let mut sim = after(&floored, 4, |_| false);
+    let five = sim.new_job(0, 5, 0);
+    sim.jobs.push(five);
+    let needs = |gone: &[usize]| [4, 6, 7].map(|index| sim.floor_needs(&sim.new_job(0, index, 0), gone));
+    assert_eq!((needs(&[]), needs(&[0])), ([false; 3], [true, true, false]));
+
+    let free = workload(1, vec![task(one_node())]);
+    let mut sim = after(&free, 16, |job| job != 0);
+    let sixteen = sim.new_job(0, 16, 0);
+    sim.jobs.push(sixteen);
+    let last = |gone: &[usize]| {
+        let job = sim.new_job(0, 32, 0);
+        let Reverse(weight) = sim.standing(&job, gone, 0).2;
+        (sim.rank(&job, gone, 0).3, weight / u128::from(10 * MS))
+    };
+    // Job 0 was in time. It is none of the last 16 any more once job 16 left.
+    assert_eq!((last(&[]), last(&[0])), ((false, 17), (true, 16)));
 }

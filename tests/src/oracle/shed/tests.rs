@@ -1,5 +1,5 @@
 use crate::check::validate;
-use crate::fixtures::{MS, at, every, lines, node, once, part, shed_lines, workload, written};
+use crate::fixtures::{MS, at, every, lines, node, once, part, sensed, shed_lines, stage, workload, written};
 use crate::oracle::{Policy, Reason, simulate};
 use red_workload::model::{Node, Part, Pool, Task, Work, Workload};
 
@@ -99,8 +99,8 @@ fn the_job_of_less_value_goes_before_it_makes_another_late() {
         sheds(&both, Policy::Redrt, 150),
         ["low/0 0 overload", "low/1 50 overload", "low/2 100 overload"]
     );
-    // The values of the others do not matter where a floor cannot spare a job. High is the least of those in the way
-    // of itself, harms nobody else, and stays until it is known to be late.
+    // The values of the others do not matter where a floor cannot spare a job. Nobody below high is in its way, it
+    // harms nobody else, and stays until it is known to be late.
     let floored = workload(1, vec![of("low", 1, Some((1, 1))), of("high", 10, None)]);
     assert_eq!(sheds(&floored, Policy::Redrt, 51), ["high/0 50 hopeless"]);
     // One node each, in the order of the keys 13 and 15.
@@ -123,10 +123,9 @@ fn as_many_jobs_go_as_the_lanes_cannot_carry() {
     }
 }
 
-#[test]
-fn a_late_job_that_costs_nobody_anything_stays_until_it_is_hopeless() {
-    // 40 ms of work come every 30 ms and have 66. Job 3 would start at 120 and end at 160, due at 156.
-    let nodes = vec![
+/// 40 ms of work.
+fn pipeline() -> Vec<Node> {
+    vec![
         node("a", 1, &[]),
         node("b", 9, &["a"]),
         node("c", 12, &["a"]),
@@ -134,8 +133,25 @@ fn a_late_job_that_costs_nobody_anything_stays_until_it_is_hopeless() {
         node("e", 4, &["b"]),
         node("g", 3, &["b"]),
         node("p", 6, &["c", "d", "e", "g"]),
-    ];
-    let t = Task { floor: Some((2, 3)), ..every(once("t", 66, nodes), 30) };
+    ]
+}
+
+#[test]
+fn two_lanes_do_as_much_as_they_can() {
+    // In 20 s they carry 1,000 jobs, of which the last is on its way.
+    for floor in [None, Some((2, 3))] {
+        for period_ms in [15, 17, 19] {
+            let t = Task { floor, ..every(once("t", 66, pipeline()), period_ms) };
+            let outcome = simulate(&workload(2, vec![t]), Policy::Redrt, 20_000 * MS);
+            assert_eq!(outcome.tasks[0].on_time, 999, "every {period_ms} ms, floor {floor:?}");
+        }
+    }
+}
+
+#[test]
+fn a_late_job_that_costs_nobody_anything_stays_until_it_is_hopeless() {
+    // 40 ms of work come every 30 ms and have 66. Job 3 would start at 120 and end at 160, due at 156.
+    let t = Task { floor: Some((2, 3)), ..every(once("t", 66, pipeline()), 30) };
     let outcome = simulate(&workload(1, vec![t]), Policy::Redrt, 360 * MS);
     assert_eq!(shed_lines(&outcome), ["t/3 120 hopeless", "t/7 240 hopeless"]);
     assert_eq!((outcome.tasks[0].on_time, outcome.busy_ns[0]), (8, 360 * MS));
@@ -161,6 +177,61 @@ fn who_left_for_nothing_comes_back() {
     let outcome = simulate(&three, Policy::Redrt, 100 * MS);
     assert_eq!(shed_lines(&outcome), ["b/0 0 overload"]);
     assert_eq!(lines(&outcome), ["a/0/n 0 0..2", "c/0/n 0 2..22"]);
+}
+
+/// A task of one node, released once.
+fn single(name: &str, value: u32, at_ms: u64, cost_ms: u64, due_ms: u64) -> Task {
+    Task { value, ..at(once(name, due_ms - at_ms, vec![node("n", cost_ms, &[])]), at_ms) }
+}
+
+#[test]
+fn nobody_goes_for_a_job_that_would_be_late_all_the_same() {
+    // The keys are 1, 2 and 5. Without l, x would start at 10 and end at 20.
+    let of = |due_ms: u64| {
+        let three = [single("l", 1, 0, 2, 3), single("h", 3, 0, 10, 12), single("x", 2, 0, 10, due_ms)];
+        sheds(&workload(1, three.to_vec()), Policy::Redrt, 100)
+    };
+    assert_eq!(of(15), ["x/0 12 hopeless"]);
+    assert_eq!(of(20), ["l/0 0 overload"]);
+}
+
+#[test]
+fn of_those_in_the_way_as_many_go_as_have_to() {
+    // The keys are 0, 0 and 2 or more; x ends at 20, 15 or 10.
+    let of = |due_ms: u64| {
+        let three = [single("l", 1, 0, 5, 5), single("m", 1, 0, 5, 5), single("x", 2, 0, 10, due_ms)];
+        sheds(&workload(1, three.to_vec()), Policy::Redrt, 100)
+    };
+    assert_eq!(of(12), ["l/0 0 overload", "m/0 0 overload"]);
+    assert_eq!(of(16), ["m/0 0 overload"]);
+    assert_eq!(of(20), ["m/0 5 hopeless"]);
+}
+
+#[test]
+fn a_late_job_goes_for_another_that_may_be_in_time() {
+    // At 5 the lane is busy until 10. x would end at 20, y at 30; without x, y ends at 20.
+    let of = |x_value: u32, y_due_ms: u64| {
+        let r = single("r", 9, 0, 10, 10);
+        let three = [r, single("x", x_value, 5, 10, 17), single("y", 5, 5, 10, y_due_ms)];
+        sheds(&workload(1, three.to_vec()), Policy::Redrt, 100)
+    };
+    // So it is where x is of more value: it is late in any case.
+    for x_value in [1, 9] {
+        assert_eq!(of(x_value, 29), ["x/0 5 overload"]);
+        assert_eq!(of(x_value, 30), ["x/0 10 hopeless"]);
+    }
+}
+
+#[test]
+fn who_left_comes_back_where_that_is_of_no_use() {
+    // Two lanes are busy until 6. Then both of l run until 16, and both nodes of x until 26: late by 2. Without l they
+    // end at 16. So l/1 goes, but then the floor cannot spare l/0, which is not below x any more, and x is late.
+    let r = |name: &str| once(name, 6, vec![node("n", 6, &[])]);
+    let l = |floor| Task { floor, ..every(once("l", 17, vec![node("n", 10, &[])]), 5) };
+    let x = Task { value: 2, ..at(once("x", 19, flat(2, 10)), 5) };
+    let of = |floor| sheds(&workload(2, vec![r("r"), r("s"), l(floor), x.clone()]), Policy::Redrt, 10);
+    assert!(of(Some((1, 2))).is_empty());
+    assert_eq!(of(None), ["l/0 5 overload", "l/1 5 overload"]);
 }
 
 #[test]
@@ -198,6 +269,36 @@ fn a_release_of_higher_rank_takes_the_place_of_the_least() {
     assert_eq!(full(2, Policy::Redrt), ["a/63 64 full", "a/64 64 full"]);
     assert_eq!(full(1, Policy::Redrt), ["a/64 64 full", "b/0 64 full"]);
     assert_eq!(full(2, Policy::Edf), ["a/64 64 full", "b/0 64 full"]);
+}
+
+#[test]
+fn a_result_of_the_replaced_job_goes_before_the_new_one_comes() {
+    // The encoder of low ends at 1, hold runs until 101, and at 64 new takes the place of low.
+    let perceive = |name: &str, value: u32, at_ms: u64| Task {
+        value,
+        ..at(once(name, 1000, vec![stage("see", 1, &[("dec", 10)], &[])]), at_ms)
+    };
+    let rows_of_new = |third: bool| {
+        let mut tasks = vec![
+            perceive("low", 1, 0),
+            perceive("new", 3, 64),
+            Task { value: 3, ..at(once("hold", 500, vec![node("n", 100, &[])]), 1) },
+        ];
+        if third {
+            tasks.push(perceive("third", 3, 1));
+        }
+        let fill = Task { value: 2, ..every(once("fill", 9000, vec![node("n", 1, &[])]), 1) };
+        tasks.push(at(fill, if third { 3 } else { 2 }));
+        let full = sensed(workload(1, tasks), 1000);
+        let outcome = simulate(&full, Policy::Redrt, 110 * MS);
+        assert_eq!(validate(&full, Policy::Redrt, 110 * MS, &outcome.rows, &outcome.sheds), Ok(()));
+        assert!(shed_lines(&outcome).contains(&"low/0 64 full".to_owned()));
+        let mut rows = lines(&outcome);
+        rows.retain(|row| row.starts_with("new"));
+        rows
+    };
+    assert_eq!(rows_of_new(false)[0], "new/0/see.encoder 0 101..102");
+    assert_eq!(rows_of_new(true)[0], "new/0/see.encoder - 64..64");
 }
 
 #[test]
