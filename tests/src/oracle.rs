@@ -220,6 +220,11 @@ impl<'a> Sim<'a> {
             if ended || edited || released || shed || self.wake.is_none_or(|wake| wake <= now) {
                 self.dispatch(now);
             }
+            // A start threw a result away.
+            while self.look_due {
+                self.shed(now, false);
+                self.dispatch(now);
+            }
             first = false;
             if self.running.iter().all(|unit| unit.finish > now) {
                 return;

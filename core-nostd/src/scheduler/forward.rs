@@ -133,6 +133,7 @@ impl<C: Capacity> Course<'_, C> {
     fn set_out(&mut self) {
         let s = self.scheduler;
         for slot in bits(self.group) {
+            s.pool_numbers().for_each(|pool| self.heads[pool][slot] = NOTHING);
             let (job, going) = (&s.jobs[slot], &mut self.jobs[slot]);
             (going.ready, going.gone) = (job.ready, job.done);
             going.ready.extend(&job.parked);

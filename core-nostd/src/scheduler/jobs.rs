@@ -40,8 +40,8 @@ crate::capacity::stored! {
         pub(super) index: u64,
         /// The capture it reads, by number.
         pub(super) capture: u64,
-        /// Up to this instant it is not lost for certain.
-        pub(super) safe_until: Instant,
+        /// Before this instant it is not lost for certain.
+        pub(super) safe_before: Instant,
         /// When it ended.
         pub(super) at: Instant,
         /// By rank: predecessors that are not done.
@@ -74,8 +74,8 @@ impl<C: Capacity> Job<C> {
         (self.release, self.deadline) = (new.release, new.deadline);
         (self.capture, self.source) = (new.capture, new.source);
         self.key = new.release.as_nanos().cast_signed();
-        let safe_until = self.key.saturating_add(version.slack);
-        self.safe_until = Instant::from_nanos(safe_until.max(0).cast_unsigned());
+        let latest = self.key.saturating_add(version.slack);
+        self.safe_before = Instant::from_nanos(latest.saturating_add(1).max(0).cast_unsigned());
         (self.ready, self.waiting_for) = (version.sources, version.indegree);
     }
 

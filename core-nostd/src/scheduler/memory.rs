@@ -126,6 +126,6 @@ impl<C: Capacity> Scheduler<C> {
         }
         self.free_output(place);
         // Also for jobs that would have taken the result.
-        self.worsened_by_a_start();
+        self.worsened();
     }
 }

@@ -1,7 +1,7 @@
 //! The clock's side of giving jobs up: when jobs may have become lost, and the paper's overload ticks.
 //!
 //! Looking at every job at every event would cost O(jobs * (nodes + edges)) each time. A job is not lost before
-//! `safe_until`, its deadline less the least time in which it can end, and the forward schedule does not get worse
+//! `safe_before`, its deadline less the least time in which it can end, and the forward schedule does not get worse
 //! but by what is released, lost or outruns its estimate. `alarm` is never after the first of these instants.
 //!
 //! *Ticks of the paper's rule on a real clock.* They are at multiples of the tick. One at which `poll` is called sees
@@ -130,7 +130,9 @@ impl<C: Capacity> Scheduler<C> {
     /// When `poll` has to decide even if nothing happens; any other call may change it. Time bound: O(jobs + lanes).
     #[must_use]
     pub fn poll_at(&self) -> Option<Instant> {
-        let at = self.tick_at().min(self.late_at()).min(self.monitor.wake).min(self.outrun_at());
+        // Estimates may have become shorter since `alarm` was set: `poll` looks then, and no earlier.
+        let outrun = self.outrun_at().max(self.alarm);
+        let at = self.tick_at().min(self.late_at()).min(self.monitor.wake).min(outrun);
         (at < Instant::MAX).then_some(at)
     }
 
@@ -143,18 +145,12 @@ impl<C: Capacity> Scheduler<C> {
         }
     }
 
-    /// Lanes or results went: every job is looked at again, from `at` on.
-    pub(super) fn worsened(&mut self, at: Instant) {
+    /// Lanes or results went: the next `poll` looks at every job again, before anything else starts.
+    pub(super) fn worsened(&mut self) {
         if self.config.shed == Shed::Hopeless {
-            self.slots().for_each(|slot| self.jobs[slot].safe_until = Instant::ZERO);
-            self.monitor.worse = self.monitor.worse.min(at);
-            self.alarm = self.alarm.min(at);
+            self.slots().for_each(|slot| self.jobs[slot].safe_before = Instant::ZERO);
+            (self.monitor.worse, self.alarm) = (Instant::ZERO, Instant::ZERO);
         }
-    }
-
-    /// As [`worsened`](Self::worsened), from the next instant on: this one has been looked at.
-    pub(super) fn worsened_by_a_start(&mut self) {
-        self.worsened(self.now.saturating_add(NEXT));
     }
 
     /// When the first job is given up for being late.
@@ -215,11 +211,11 @@ impl<C: Capacity> Scheduler<C> {
         }
         self.alarm = self.next_tick().min(self.late_at()).min(self.monitor.wake);
         if ours && self.in_flight != 0 {
-            let safe = self.slots().map(|slot| self.jobs[slot].safe_until).min().unwrap_or(Instant::MAX);
+            let safe = self.slots().map(|slot| self.jobs[slot].safe_before).min().unwrap_or(Instant::MAX);
             // What starts from now on has outrun nothing before that.
-            let spare = self.now.saturating_add(Duration::from_nanos(self.monitor.laxity));
-            let look = safe.min(spare).saturating_add(NEXT).min(self.outrun_at()).min(self.monitor.worse);
-            self.alarm = self.alarm.min(look);
+            let spare = Duration::from_nanos(self.monitor.laxity).saturating_add(NEXT);
+            let outrun = self.outrun_at().min(self.now.saturating_add(spare));
+            self.alarm = self.alarm.min(safe).min(outrun).min(self.monitor.worse);
         }
     }
 
@@ -228,7 +224,7 @@ impl<C: Capacity> Scheduler<C> {
         let mut doomed = 0;
         for slot in self.slots() {
             let job = &self.jobs[slot];
-            if self.now <= job.safe_until {
+            if self.now < job.safe_before {
                 continue;
             }
             let latest_by = |case| {
@@ -237,7 +233,7 @@ impl<C: Capacity> Scheduler<C> {
             };
             let latest = latest_by(Case::Worst).or_else(|| latest_by(Case::Best));
             doomed |= u64::from(latest.is_none()) << slot;
-            self.jobs[slot].safe_until = latest.unwrap_or(self.now);
+            self.jobs[slot].safe_before = latest.unwrap_or(self.now).saturating_add(NEXT);
         }
         doomed
     }

@@ -92,7 +92,7 @@ impl<C: Capacity> Scheduler<C> {
     pub(super) fn lose_output(&mut self, place: usize) {
         self.outputs[place].state = OutputState::Free;
         self.wake_parked(self.outputs[place].key());
-        self.worsened(self.now);
+        self.worsened();
     }
 
     /// Parked encoders of this key look again: hits if the result is kept, ready if it is gone.

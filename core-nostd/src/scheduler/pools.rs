@@ -116,7 +116,7 @@ impl<C: Capacity> Scheduler<C> {
         if there {
             self.lost |= 1 << pool.index();
             self.slots().for_each(|slot| self.end_if_lost(slot));
-            self.worsened(self.now);
+            self.worsened();
         }
         there
     }

@@ -207,7 +207,7 @@ impl<C: Capacity> Scheduler<C> {
             let due = task.timing.deadline;
             task.versions.iter_mut().for_each(|version| version.measure(due, lanes.as_ref()));
         }
-        self.worsened(self.now);
+        self.worsened();
     }
 
     /// Puts a retired lane back; `false` if it was not retired.

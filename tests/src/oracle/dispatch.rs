@@ -30,7 +30,7 @@ impl Sim<'_> {
         }
         self.wake = None;
         let mut pool = 0;
-        while pool < self.workload.pools.len() {
+        while pool < self.workload.pools.len() && !self.look_due {
             if !self.start_one(pool, now) {
                 pool += 1;
             } else if self.wake.take().is_some() {
