@@ -42,9 +42,9 @@ impl Sim<'_> {
     pub(super) fn shed(&mut self, now: u64, tick: bool) {
         if self.policy.is_ours() {
             self.abort_hopeless(now);
-            if std::mem::take(&mut self.look_due) {
-                self.look(now);
-            }
+        }
+        if std::mem::take(&mut self.look_due) && self.policy.is_ours() {
+            self.look(now);
         }
         if tick && self.over >= OVERLOAD_TICKS {
             self.drop_least_urgent(now);
