@@ -13,6 +13,7 @@ mod options;
 mod outcome;
 mod output;
 mod paper;
+mod place;
 mod plan;
 mod profile;
 mod progress;

@@ -11,6 +11,7 @@ mod sub_deadlines;
 mod summary;
 pub(crate) mod trace;
 
+use crate::place::Place;
 use bodies::Bodies;
 use cuda::CudaPools;
 use drift::Costs;
@@ -32,7 +33,6 @@ use red_workload::Source;
 use red_workload::build::{self, Numbered};
 use red_workload::model::{Arrival, Workload};
 use red_workload::policy::Policy;
-use std::path::Path;
 use std::sync::{Arc, OnceLock};
 use sub_deadlines::SubDeadlines;
 pub(crate) use summary::RunSummary;
@@ -58,7 +58,7 @@ pub(crate) struct Options<'a> {
     /// Whether to keep events for a trace.
     pub(crate) trace: bool,
     /// Where every input of the scheduler goes.
-    pub(crate) record: Option<&'a Path>,
+    pub(crate) record: Option<&'a Place>,
     /// While an obstacle is in sight of the generated camera: from, until.
     pub(crate) obstacle_ns: Option<(u64, u64)>,
 }
@@ -209,9 +209,16 @@ pub(crate) fn execute(
         end_ns = now;
         progress(Progress::Running, now, &live);
     });
-    let (notes, figures) = finished.map_err(SessionError::Machine)?;
+    let (notes, figures) = match finished {
+        Ok(finished) => finished,
+        Err(error) => {
+            record.into_iter().for_each(Recording::give_up);
+            return Err(SessionError::Machine(error));
+        }
+    };
     let record = record.map(Recording::finish);
     if let Some(words) = broken {
+        record.iter().for_each(ClosedLog::withdraw);
         return Err(SessionError::Instance(words));
     }
     progress(Progress::Ended, end_ns, &live);
