@@ -1,5 +1,6 @@
 //! `redrt run`.
 
+use crate::denied::Denied;
 use crate::executable;
 use crate::given_up;
 use crate::happened;
@@ -13,7 +14,6 @@ use crate::session::trace::Trace;
 use crate::session::{self, Options, Progress, RunSummary, Session, SessionError};
 use crate::table::{Table, time};
 use red_rt::runtime::Mode;
-use red_rt::setup::SetupError;
 use red_workload::Source;
 use red_workload::model::Arrival;
 use red_workload::policy::Policy;
@@ -162,7 +162,7 @@ fn hung(session: &Session) -> String {
 }
 
 /// Missing rights are said out loud, once, with the fix.
-fn told(mode: &Mode, why: Option<&SetupError>) {
+fn told(mode: &Mode, why: Option<&Denied>) {
     if let (Mode::BestEffort, Some(why)) = (mode, why) {
         output::note(&executable::named_in(&format!("BEST EFFORT, not real time: {why}")));
     }

@@ -11,6 +11,7 @@ mod sub_deadlines;
 mod summary;
 pub(crate) mod trace;
 
+use crate::denied::Denied;
 use crate::place::Place;
 use bodies::Bodies;
 use cuda::CudaPools;
@@ -135,12 +136,12 @@ pub(crate) enum Progress {
 pub(crate) fn execute(
     source: &Source,
     options: &Options<'_>,
-    ready: impl FnOnce(&Mode, &[Vec<Numbered>], Option<&SetupError>),
+    ready: impl FnOnce(&Mode, &[Vec<Numbered>], Option<&Denied>),
     mut progress: impl FnMut(Progress, u64, &Live),
 ) -> Result<Session, SessionError> {
     let workload = &source.workload;
     // Before the bodies are loaded, which takes a while.
-    let _signals = StopSignals::install().map_err(SessionError::Machine)?;
+    let _signals = StopSignals::install()?;
     // What the machine lacks comes before what its bodies lack, which may not matter then.
     let mut cuda = CudaPools::open(workload)?;
     let mut scheduler: Box<Scheduler<Robot>> = Box::new(Scheduler::EMPTY);
@@ -213,7 +214,7 @@ pub(crate) fn execute(
         Ok(finished) => finished,
         Err(error) => {
             record.into_iter().for_each(Recording::give_up);
-            return Err(SessionError::Machine(error));
+            return Err(error.into());
         }
     };
     let record = record.map(Recording::finish);
@@ -279,11 +280,7 @@ fn handlers(
 }
 
 /// Real time where the machine grants it; best effort where it does not and that was asked for.
-fn mode(
-    workload: &Workload,
-    lanes: usize,
-    best_effort: bool,
-) -> Result<(Mode, Option<SetupError>), SetupError> {
+fn mode(workload: &Workload, lanes: usize, best_effort: bool) -> Result<(Mode, Option<Denied>), Denied> {
     let granted = place(workload, lanes).and_then(|cpus| {
         let probe = red_rt::setup::Fifo { priority: PRIORITY, cpu: cpus.first().copied().unwrap_or(0) };
         // Asked for on a thread of its own, so that this one stays as it is.
@@ -292,8 +289,8 @@ fn mode(
     });
     match granted {
         Ok(cpus) => Ok((Mode::RealTime { priority: PRIORITY, cpus }, None)),
-        Err(e) if best_effort => Ok((Mode::BestEffort, Some(e))),
-        Err(e) => Err(e),
+        Err(e) if best_effort => Ok((Mode::BestEffort, Some(e.into()))),
+        Err(e) => Err(e.into()),
     }
 }
 

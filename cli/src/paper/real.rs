@@ -5,6 +5,7 @@
 use super::Bar;
 use crate::demo::models::Networks;
 use crate::demo::scene::{self, Costs};
+use crate::denied::Denied;
 use crate::outcome::Failure;
 use crate::output;
 use crate::place::{Folder, Place};
@@ -12,7 +13,6 @@ use crate::session::{self, Options, RunSummary};
 use red_paper::scenario::{EMERGENCY, NIGHT, Net, OBSTACLE, OBSTACLE_FREE, Scenario, URBAN};
 use red_paper::stat::Estimate;
 use red_paper::table::{Cell, Claim, Column, Table, Verdict, percent};
-use red_rt::setup::SetupError;
 use red_rt::stop::StopSignals;
 use red_workload::metrics::TaskMetrics;
 use red_workload::policy::Policy;
@@ -129,8 +129,8 @@ fn one(source: &Source, policy: Policy, duration_ns: u64) -> Result<(RunSummary,
     let options =
         Options { policy, duration_ns, best_effort: true, trace: false, record: None, obstacle_ns: None };
     let why: RefCell<Option<String>> = RefCell::new(None);
-    let ready = |_: &_, _: &_, reason: Option<&SetupError>| {
-        *why.borrow_mut() = reason.map(SetupError::to_string);
+    let ready = |_: &_, _: &_, reason: Option<&Denied>| {
+        *why.borrow_mut() = reason.map(Denied::to_string);
     };
     let session = session::execute(source, &options, ready, |_, _, _| ())?;
     Ok((session.summary, why.into_inner()))
