@@ -14,16 +14,17 @@ use crate::happened;
 use crate::options;
 use crate::outcome::{Answer, Failure};
 use crate::output;
+use crate::place::{self, Folder, Force};
 use crate::run::{watch, write_trace};
 use crate::session::record::ClosedLog;
 use crate::session::{Options, RunSummary, Session};
 use crate::table::{Table, time};
+use models::Networks;
 use red_rt::stop::StopSignals;
 use red_workload::policy::Policy;
 use red_workload::{Format, Source, shown_path};
 use scene::Costs;
 use serde::Serialize;
-use std::fs;
 use std::path::PathBuf;
 
 /// Runs the obstacle-cruising pipeline on this machine, first under EDF and then under REDRT.
@@ -35,9 +36,12 @@ pub(crate) struct Args {
     /// Time per policy.
     #[arg(long, value_name = "TIME", default_value = "10s", allow_hyphen_values = true, value_parser = options::duration_ns)]
     duration: u64,
-    /// Folder for the scene, its networks, the traces, the logs and the report.
-    #[arg(long, value_name = "FOLDER", default_value = "redrt-demo")]
+    /// Folder for the scene, its networks, the traces, the logs and the report; they are written anew each time where the
+    /// folder is not told, and under `--force`.
+    #[arg(long, value_name = "FOLDER", default_value = place::OWN)]
     out: PathBuf,
+    #[command(flatten)]
+    force: Force,
     /// Print one JSON object.
     #[arg(long)]
     json: bool,
@@ -53,7 +57,16 @@ struct Runs<'a> {
 
 /// Measures, runs, compares.
 pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
-    models::unpack(&args.out)?;
+    let mut folder = Folder::open(&args.out, &args.force)?;
+    let networks = Networks::of(&mut folder)?;
+    let scene = folder.add("scene", "demo.toml")?;
+    let (mut logs, mut traces) = (Vec::new(), Vec::new());
+    for policy in POLICIES {
+        logs.push(folder.add_log(&format!("{}.redlog", policy.name()))?);
+        traces.push(folder.add("trace", &format!("{}.trace.json", policy.name()))?);
+    }
+    let report = folder.add("report", "report.html")?;
+    networks.unpack()?;
     // Around both runs: a signal between them is one, too.
     let signals = StopSignals::install().map_err(|e| Failure::Machine(e.to_string()))?;
     let Some(costs) = Costs::measure(&args.out)? else {
@@ -63,26 +76,19 @@ pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
     let lanes = scene::lanes()?;
     let plan = scene::plan(&costs, lanes, args.duration);
     output::note(&plan.explained);
-    let scene = args.out.join("demo.toml");
-    fs::write(&scene, &plan.file).map_err(|e| {
-        Failure::Machine(format!(
-            "cannot write `{}`: {e}; choose another folder with --out",
-            shown_path(&scene)
-        ))
-    })?;
-    let source = Source::parse(plan.file.as_bytes(), Format::Toml, &scene)?;
+    scene.write_text(&plan.file)?;
+    let source = Source::parse(plan.file.as_bytes(), Format::Toml, scene.path())?;
     let mut sessions = Vec::new();
-    for policy in POLICIES {
+    for (policy, log) in POLICIES.into_iter().zip(&logs) {
         if signals.requested().is_some() {
             break;
         }
-        let log = args.out.join(format!("{}.redlog", policy.name()));
         let options = Options {
             policy,
             duration_ns: args.duration,
             best_effort: true,
             trace: true,
-            record: Some(&log),
+            record: Some(log),
             obstacle_ns: Some(plan.obstacle_ns),
         };
         sessions.push(watch(&source, &options)?);
@@ -92,23 +98,21 @@ pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
         return Ok(Answer::No);
     }
     let mut files = Vec::new();
-    for session in &sessions {
-        let path = args.out.join(format!("{}.trace.json", session.summary.report.policy));
-        write_trace(&path, session)?;
-        files.push(format!("trace: {}", path.display()));
+    for (session, trace) in sessions.iter().zip(&traces) {
+        write_trace(trace, session)?;
+        files.push(format!("trace: {}", trace.path().display()));
         files.extend(session.record.as_ref().map(ClosedLog::words));
     }
-    files.push(format!("scene: {} (`redrt run` takes it)", scene.display()));
-    let report = args.out.join("report.html");
+    files.push(format!("scene: {} (`redrt run` takes it)", scene.path().display()));
     // Who stopped the runs does not wait for changes to be tried.
     let written = page::write(&report, &sessions, signals.requested().is_none());
     if written.is_ok() {
-        files.push(format!("report: {} (open it in a browser)", report.display()));
+        files.push(format!("report: {} (open it in a browser)", report.path().display()));
     }
     if args.json {
         output::json(&Runs { runs: sessions.iter().map(|s| &s.summary).collect() })?;
         if written.is_ok() {
-            output::note(&format!("report: {}", shown_path(&report)));
+            output::note(&format!("report: {}", shown_path(report.path())));
         }
     } else {
         output::line(&text(&sessions, &files))?;

@@ -4,6 +4,7 @@
 //! input or usage, 3 this machine cannot do that.
 
 mod demo;
+mod denied;
 mod doctor;
 mod executable;
 mod given_up;
@@ -13,6 +14,7 @@ mod options;
 mod outcome;
 mod output;
 mod paper;
+mod place;
 mod plan;
 mod profile;
 mod progress;

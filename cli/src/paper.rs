@@ -6,7 +6,7 @@ pub(crate) mod real;
 use crate::options;
 use crate::outcome::{Answer, Failure};
 use crate::output;
-use crate::report::file;
+use crate::place::{self, Folder, Force, Place, Places};
 use crate::table::Table as Text;
 use crate::terminal;
 use red_paper::table::{Claim, Table, Verdict};
@@ -15,7 +15,7 @@ use red_rt::stop::StopSignals;
 use red_workload::shown_path;
 use serde::Serialize;
 use std::io;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Name of all tables that are not the paper's.
 const SCOREBOARD: &str = "scoreboard";
@@ -48,13 +48,16 @@ pub(crate) struct Args {
     /// Time of each of the 125 runs of `real`.
     #[arg(long, value_name = "TIME", default_value = "2500ms", allow_hyphen_values = true, value_parser = options::duration_ns)]
     duration: u64,
-    /// Folder for the workloads and networks of `real`.
-    #[arg(long, value_name = "FOLDER", default_value = "redrt-demo")]
+    /// Folder for the workloads and networks of `real`; they are written anew each time where the folder is not told, and
+    /// under `--force`.
+    #[arg(long, value_name = "FOLDER", default_value = place::OWN)]
     out: PathBuf,
     /// Write the tables as one HTML page, with bars; without a TABLE they go to redrt-paper.html unless told, but with
     /// `--json` or `--markdown` only where told.
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
+    #[command(flatten)]
+    force: Force,
     /// Print Markdown.
     #[arg(long, conflicts_with = "json")]
     markdown: bool,
@@ -93,12 +96,16 @@ pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
     }
     let signals = StopSignals::install().map_err(|e| Failure::Machine(e.to_string()))?;
     if args.table.as_deref() == Some(real::NAME) {
-        let (table, left) = real::run(&args.out, args.duration, &signals)?;
+        let mut folder = Folder::open(&args.out, &args.force)?;
+        let files = real::Files::of(&mut folder)?;
+        let page = page_in(args, &mut folder.places)?;
+        let (table, left) = real::run(&args.out, &files, args.duration, &signals)?;
         let tables: Vec<Table> = table.into_iter().collect();
         tables.iter().try_for_each(|table| tell(args, table))?;
-        return print(args, &tables, left.as_deref());
+        return print(args, &tables, left.as_deref(), page.as_ref());
     }
     let chosen = choose(args.table.as_deref())?;
+    let page = page_in(args, &mut Places::new(&args.force, Failure::Machine))?;
     let is_stopped = || signals.requested().is_some();
     let mut tables = Vec::new();
     for (nth, experiment) in chosen.iter().enumerate() {
@@ -118,7 +125,14 @@ pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
     }
     let left = (tables.len() < chosen.len())
         .then(|| format!("stopped after {} of {} tables", tables.len(), chosen.len()));
-    print(args, &tables, left.as_deref())
+    print(args, &tables, left.as_deref(), page.as_ref())
+}
+
+/// The place of the page, if one is made: where it was asked for, or of all tables for people.
+fn page_in(args: &Args, places: &mut Places) -> Result<Option<Place>, Failure> {
+    let all = args.table.is_none() && !args.json && !args.markdown;
+    let path = args.report.as_deref().or(all.then_some(Path::new(PAGE)));
+    path.map(|path| places.add("page", "--report", path)).transpose()
 }
 
 /// A table for people, as soon as it is there.
@@ -127,17 +141,16 @@ fn tell(args: &Args, table: &Table) -> Result<(), Failure> {
 }
 
 /// What waits for all tables: JSON, Markdown, the page. `left`: what was not done.
-fn print(args: &Args, tables: &[Table], left: Option<&str>) -> Result<Answer, Failure> {
+fn print(args: &Args, tables: &[Table], left: Option<&str>, page: Option<&Place>) -> Result<Answer, Failure> {
     if args.json {
         output::json(&Tables::of(tables, args.seeds))?;
     } else if args.markdown {
         output::line(&markdown::document(tables, args.seeds))?;
     }
-    // A page that was not asked for is one of all tables, and stays where it is until it is made anew.
-    let all = args.table.is_none() && !args.json && !args.markdown && left.is_none();
-    if let Some(place) = args.report.clone().or(all.then(|| PathBuf::from(PAGE))) {
-        file::write(&place, &page::of(tables, args.seeds, left)?, "--report")?;
-        output::note(&format!("report: {}", shown_path(&place)));
+    // A page that was not asked for is one of all tables.
+    if let Some(place) = page.filter(|_| args.report.is_some() || left.is_none()) {
+        place.write_text(&page::of(tables, args.seeds, left)?)?;
+        output::note(&format!("report: {}", shown_path(place.path())));
     }
     let is_kept = tables.iter().flat_map(|table| &table.claims).all(|claim| claim.verdict != Verdict::Fails);
     if !is_kept {

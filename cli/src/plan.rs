@@ -6,6 +6,7 @@ pub(crate) use text::of_limit;
 
 use crate::outcome::{Answer, Failure};
 use crate::output;
+use crate::place::{self, Force, Place, Places};
 use crate::progress;
 use crate::terminal::{self, wrap};
 use red_certificate::Certificate;
@@ -13,9 +14,8 @@ use red_sim::{Execution, Lab, Options, simulate};
 use red_workload::model::{Arrival, Workload};
 use red_workload::plan::{Admission, Guarantee, Plan, cures, division, plan};
 use red_workload::policy::Policy;
-use red_workload::shown_path;
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Shortest simulation that counts as evidence, unless it would be too long.
 const EVIDENCE_NS: u64 = 60_000_000_000;
@@ -34,6 +34,8 @@ pub(crate) struct Args {
     /// Write the certificate to this file, for `redrt verify`.
     #[arg(long, value_name = "FILE.json")]
     certificate: Option<PathBuf>,
+    #[command(flatten)]
+    force: Force,
     /// Print one JSON object.
     #[arg(long)]
     json: bool,
@@ -42,9 +44,12 @@ pub(crate) struct Args {
 /// Plans and reports.
 pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
     let workload = red_workload::load(&args.file)?;
+    let mut places = Places::new(&args.force, Failure::Machine).but(place::WORKLOAD, &args.file);
+    let mut place = |path: &PathBuf| places.add("certificate", "--certificate", path);
+    let place = args.certificate.as_ref().map(&mut place).transpose()?;
     let (plan, mut why) = planned(&workload)?;
-    if let Some(path) = &args.certificate {
-        write(path, &plan.certificate)?;
+    if let Some(place) = &place {
+        write(place, &plan.certificate)?;
     }
     if why.is_empty() {
         why = text::refusal(&plan, &cures::<Lab>(&workload, &plan));
@@ -82,15 +87,10 @@ pub(crate) fn value(workload: &Workload) -> Result<serde_json::Value, Failure> {
     serde_json::to_value(&plan).map_err(|error| Failure::Machine(format!("cannot write the plan: {error}")))
 }
 
-fn write(path: &Path, certificate: &Certificate) -> Result<(), Failure> {
-    let cannot = |error: &dyn std::fmt::Display| {
-        Failure::Machine(format!(
-            "cannot write `{}`: {error}; choose another file with --certificate",
-            shown_path(path)
-        ))
-    };
-    let text = serde_json::to_string_pretty(certificate).map_err(|error| cannot(&error))?;
-    std::fs::write(path, text + "\n").map_err(|error| cannot(&error))
+fn write(place: &Place, certificate: &Certificate) -> Result<(), Failure> {
+    let text = serde_json::to_string_pretty(certificate)
+        .map_err(|error| Failure::Machine(format!("cannot write the certificate as JSON: {error}")))?;
+    place.write_text(&(text + "\n"))
 }
 
 /// Prose for a terminal: broken between words. Tables stay whole.

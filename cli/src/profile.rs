@@ -16,6 +16,7 @@ use crate::executable;
 use crate::options;
 use crate::outcome::{Answer, Failure};
 use crate::output;
+use crate::place::{self, Force};
 use crate::session::SessionError;
 use crate::session::bodies::Bodies;
 use crate::session::cuda::CudaPools;
@@ -30,12 +31,10 @@ use red_rt::stop::StopSignals;
 use red_workload::build;
 use red_workload::model::Body;
 use red_workload::policy::Policy;
-use red_workload::{Format, Source, shown_path};
+use red_workload::{Format, Source};
 use runner::Runner;
-use std::fs::{self, File};
-use std::io::{self, Write};
-use std::os::unix::fs::MetadataExt;
-use std::path::{Path, PathBuf};
+use std::fs;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 /// Room for every workload file.
@@ -60,9 +59,8 @@ pub(crate) struct Args {
     /// The copy; by default NAME.profiled.toml beside NAME.toml.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Replace the copy if it is there already.
-    #[arg(long)]
-    force: bool,
+    #[command(flatten)]
+    force: Force,
     /// Runs per measurement.
     #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     runs: u32,
@@ -101,7 +99,7 @@ pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
         return Err(Failure::Input(why.to_owned()));
     }
     let out = args.out.clone().unwrap_or_else(|| args.file.with_extension("profiled.toml"));
-    check_place(&args.file, &out, args.force)?;
+    let place = place::beside(&source, &args.force).add("copy", "--out", &out)?;
     let text = fs::read_to_string(&args.file)
         .map_err(|e| Failure::Input(format!("the file cannot be read as text: {e}")))?;
 
@@ -114,7 +112,7 @@ pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
     let written = edit::rewrite(&text, workload, &summary.times(), &summary.lanes(), &header)?;
     // What is written must be a workload: everything downstream reads it.
     red_workload::parse(written.as_bytes(), Format::Toml, &out.to_string_lossy())?;
-    write(&out, &written, args.force)?;
+    place.write_text(&written)?;
     let has_path = |node: &Node| !matches!(node.part.body, Body::Spin { .. });
     if out.parent() != args.file.parent() && measured.nodes.iter().any(has_path) {
         output::note("the copy is in another folder, and the paths of its bodies are relative to that one");
@@ -186,50 +184,4 @@ fn measure(args: &Args, source: &Source) -> Result<Option<(Measured, Machine)>, 
         Err(Trouble::Setup(e)) => Err(Failure::Machine(e.to_string())),
         Err(Trouble::Thread(e)) => Err(Failure::Machine(e.to_string())),
     }
-}
-
-/// Refuses what could not be written at the end, before the time is spent.
-fn check_place(file: &Path, out: &Path, force: bool) -> Result<(), Failure> {
-    let folder = out.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let why = match fs::metadata(out) {
-        Err(e) if e.kind() != io::ErrorKind::NotFound => format!("cannot be written: {e}"),
-        Err(_) if !folder.is_dir() => "is in no folder that is there".to_owned(),
-        Err(_) => return Ok(()),
-        // The file itself may have many names.
-        Ok(there)
-            if fs::metadata(file)
-                .is_ok_and(|file| (file.dev(), file.ino()) == (there.dev(), there.ino())) =>
-        {
-            "is the file to measure, which stays as it is".to_owned()
-        }
-        Ok(there) if !there.is_file() => "is no regular file".to_owned(),
-        Ok(_) if !force => "is there already and --force was not given".to_owned(),
-        Ok(_) => return Ok(()),
-    };
-    Err(Failure::Input(format!("the copy {} {why}; choose its place with --out", shown(out))))
-}
-
-/// A path for a message.
-fn shown(path: &Path) -> String {
-    format!("`{}`", shown_path(path))
-}
-
-fn write(out: &Path, text: &str, force: bool) -> Result<(), Failure> {
-    let written = || -> io::Result<()> {
-        let mut options = File::options();
-        options.write(true);
-        // What appeared meanwhile is somebody's as well.
-        if force {
-            options.create(true).truncate(true)
-        } else {
-            options.create_new(true)
-        };
-        options.open(out)?.write_all(text.as_bytes())
-    };
-    written().map_err(|e| {
-        Failure::Machine(format!(
-            "the copy {} cannot be written: {e}; choose another place with --out",
-            shown(out)
-        ))
-    })
 }

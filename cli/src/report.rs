@@ -4,7 +4,6 @@ mod answer;
 mod calls;
 mod certificate;
 mod collect;
-pub(crate) mod file;
 mod graphs;
 mod made;
 mod rescue;
@@ -12,6 +11,7 @@ mod worlds;
 
 use crate::outcome::{self, Failure};
 use crate::output;
+use crate::place::{Force, Places};
 use crate::progress;
 use crate::replay::refused::Refused;
 use crate::replay::{self, Log, what_if};
@@ -46,6 +46,8 @@ pub(crate) struct Args {
     /// Where the page goes; beside the log unless told.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
+    #[command(flatten)]
+    force: Force,
     /// Print one JSON object with the numbers of the page.
     #[arg(long)]
     json: bool,
@@ -72,12 +74,10 @@ pub(crate) enum Found {
 /// Follows a log, and writes its page.
 pub(crate) fn main(args: &Args) -> Result<outcome::Answer, Failure> {
     let out = args.out.clone().unwrap_or_else(|| args.log.with_extension("html"));
-    if out == args.log {
-        return Err(Failure::Input(format!(
-            "--out `{}` is the log itself; give the page a file of its own",
-            shown_path(&out)
-        )));
-    }
+    // What is no log is told before what is no place.
+    drop(replay::read(&args.log).map_err(|refused| refused.tell(false, None, None))?);
+    let mut places = Places::new(&args.force, Failure::Machine).but("log", &args.log);
+    let place = places.add("page", "--out", &out)?;
     let followed = match follow(&args.log, &out, true, &[])? {
         Found::Equal(followed) => followed,
         Found::Differs(input) => {
@@ -90,13 +90,13 @@ pub(crate) fn main(args: &Args) -> Result<outcome::Answer, Failure> {
     };
     let Report { run, answer, mut head } = *followed;
     head.data = to_json(&answer)?;
-    file::write(&out, &page::of_runs(&head, &[run], &[]), "--out")?;
-    let place = format!("report: {}", shown_path(&out));
+    place.write_text(&page::of_runs(&head, &[run], &[]))?;
+    let told = format!("report: {}", shown_path(&out));
     if args.json {
         output::line(&head.data)?;
-        output::note(&place);
+        output::note(&told);
     } else {
-        output::line(&place)?;
+        output::line(&told)?;
     }
     Ok(outcome::Answer::Yes)
 }

@@ -1,5 +1,6 @@
 //! `redrt run`.
 
+use crate::denied::Denied;
 use crate::executable;
 use crate::given_up;
 use crate::happened;
@@ -7,26 +8,24 @@ use crate::live::View;
 use crate::options;
 use crate::outcome::{Answer, Failure};
 use crate::output;
+use crate::place::{self, Force, Place};
 use crate::session::record::ClosedLog;
 use crate::session::trace::Trace;
 use crate::session::{self, Options, Progress, RunSummary, Session, SessionError};
 use crate::table::{Table, time};
 use red_rt::runtime::Mode;
-use red_rt::setup::SetupError;
+use red_workload::Source;
 use red_workload::model::Arrival;
 use red_workload::policy::Policy;
-use red_workload::{Source, shown_path};
 use std::cell::RefCell;
-use std::fs::{self, File};
-use std::io::BufWriter;
-use std::os::unix::fs::MetadataExt;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Runs a workload in real time on this machine.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Releases come by the clock for `duration`, then the jobs in flight drain. Sporadic tasks are released by plugins.
-Ctrl-C ends the run cleanly, with the summary so far. Without real-time rights: exit status 3, with the fix.
+Ctrl-C ends the run cleanly, with the summary so far. A trace or log that is there already is replaced under --force only.
+Without real-time rights: exit status 3, with the fix.
 
 Example:
   redrt run examples/cruise.toml --duration 10s --trace cruise.json")]
@@ -45,6 +44,8 @@ pub(crate) struct Args {
     /// Write every input of the scheduler to a log for `redrt replay`.
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
+    #[command(flatten)]
+    force: Force,
     /// Go on without real-time rights; every output says so.
     #[arg(long)]
     best_effort: bool,
@@ -59,51 +60,28 @@ pub(crate) struct Args {
 /// Runs the file.
 pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
     let source = Source::load(&args.file)?;
+    let mut places = place::beside(&source, &args.force);
+    let trace = args.trace.as_ref().map(|path| places.add("trace", "--trace", path)).transpose()?;
+    let record = args.record.as_ref().map(|path| places.add_log("--record", path)).transpose()?;
     let options = Options {
         policy: args.policy,
         duration_ns: args.duration,
         best_effort: args.best_effort,
-        trace: args.trace.is_some(),
-        record: args.record.as_deref(),
+        trace: trace.is_some(),
+        record: record.as_ref(),
         obstacle_ns: None,
     };
-    let outputs = [("--trace", &args.trace), ("--record", &args.record)];
-    for (option, path) in outputs.iter().filter_map(|(option, path)| Some((option, path.as_ref()?))) {
-        if is_same_file(path, &args.file) {
-            return Err(Failure::Input(format!(
-                "{option} `{}` is the workload file itself; give it a file of its own",
-                shown_path(path)
-            )));
-        }
-    }
-    if let (Some(trace), Some(record)) = (&args.trace, &args.record)
-        && (trace == record || is_same_file(trace, record))
-    {
-        return Err(two_outputs(trace, record));
-    }
-    if let Some(path) = &args.trace {
-        // A place that takes no trace is refused before time is spent.
-        File::options()
-            .append(true)
-            .create(true)
-            .open(path)
-            .map_err(|e| Failure::Input(no_trace(path, &e)))?;
-        // Two names of one file that was not there before.
-        if let Some(record) = args.record.as_ref().filter(|record| is_same_file(path, record)) {
-            return Err(two_outputs(path, record));
-        }
-    }
     let session = watch(&source, &options)?;
     if args.json {
         output::json(&session.summary)?;
     } else {
         output::line(&text(&session.summary))?;
     }
-    if let Some(path) = &args.trace {
-        write_trace(path, &session)?;
+    if let Some(place) = &trace {
+        write_trace(place, &session)?;
         output::note(&format!(
             "trace: {} (open it in ui.perfetto.dev)",
-            path.to_string_lossy().escape_debug()
+            place.path().to_string_lossy().escape_debug()
         ));
     }
     if let Some(record) = &session.record {
@@ -113,19 +91,6 @@ pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
     session.record.as_ref().map_or(Ok(()), ClosedLog::is_whole)?;
     let missed: u64 = session.summary.report.tasks.iter().map(|t| t.missed).sum();
     Ok(Answer::of(!args.strict || missed == 0))
-}
-
-fn two_outputs(trace: &Path, record: &Path) -> Failure {
-    let (trace, record) = (shown_path(trace), shown_path(record));
-    Failure::Input(format!(
-        "--trace `{trace}` and --record `{record}` are one file; give each a file of its own"
-    ))
-}
-
-/// Whether two paths lead to one file, by whatever links.
-fn is_same_file(one: &Path, other: &Path) -> bool {
-    let file = |path| fs::metadata(path).map(|found| (found.dev(), found.ino())).ok();
-    file(one).is_some_and(|one| file(other) == Some(one))
 }
 
 impl From<SessionError> for Failure {
@@ -197,24 +162,15 @@ fn hung(session: &Session) -> String {
 }
 
 /// Missing rights are said out loud, once, with the fix.
-fn told(mode: &Mode, why: Option<&SetupError>) {
+fn told(mode: &Mode, why: Option<&Denied>) {
     if let (Mode::BestEffort, Some(why)) = (mode, why) {
         output::note(&executable::named_in(&format!("BEST EFFORT, not real time: {why}")));
     }
 }
 
 /// Writes a run's trace.
-pub(crate) fn write_trace(path: &Path, session: &Session) -> Result<(), Failure> {
-    let failed = |e| Failure::Machine(no_trace(path, &e));
-    let mut file = BufWriter::new(File::create(path).map_err(failed)?);
-    Trace::of(session).write(&mut file).and_then(|()| std::io::Write::flush(&mut file)).map_err(failed)
-}
-
-fn no_trace(path: &Path, error: &std::io::Error) -> String {
-    format!(
-        "cannot write the trace to `{}`: {error}; expected a file in a folder that takes it",
-        shown_path(path)
-    )
+pub(crate) fn write_trace(place: &Place, session: &Session) -> Result<(), Failure> {
+    place.write(|file| Trace::of(session).write(file))
 }
 
 /// A run's summary for people.

@@ -11,6 +11,8 @@ mod sub_deadlines;
 mod summary;
 pub(crate) mod trace;
 
+use crate::denied::Denied;
+use crate::place::Place;
 use bodies::Bodies;
 use cuda::CudaPools;
 use drift::Costs;
@@ -32,7 +34,6 @@ use red_workload::Source;
 use red_workload::build::{self, Numbered};
 use red_workload::model::{Arrival, Workload};
 use red_workload::policy::Policy;
-use std::path::Path;
 use std::sync::{Arc, OnceLock};
 use sub_deadlines::SubDeadlines;
 pub(crate) use summary::RunSummary;
@@ -58,7 +59,7 @@ pub(crate) struct Options<'a> {
     /// Whether to keep events for a trace.
     pub(crate) trace: bool,
     /// Where every input of the scheduler goes.
-    pub(crate) record: Option<&'a Path>,
+    pub(crate) record: Option<&'a Place>,
     /// While an obstacle is in sight of the generated camera: from, until.
     pub(crate) obstacle_ns: Option<(u64, u64)>,
 }
@@ -135,12 +136,12 @@ pub(crate) enum Progress {
 pub(crate) fn execute(
     source: &Source,
     options: &Options<'_>,
-    ready: impl FnOnce(&Mode, &[Vec<Numbered>], Option<&SetupError>),
+    ready: impl FnOnce(&Mode, &[Vec<Numbered>], Option<&Denied>),
     mut progress: impl FnMut(Progress, u64, &Live),
 ) -> Result<Session, SessionError> {
     let workload = &source.workload;
     // Before the bodies are loaded, which takes a while.
-    let _signals = StopSignals::install().map_err(SessionError::Machine)?;
+    let _signals = StopSignals::install()?;
     // What the machine lacks comes before what its bodies lack, which may not matter then.
     let mut cuda = CudaPools::open(workload)?;
     let mut scheduler: Box<Scheduler<Robot>> = Box::new(Scheduler::EMPTY);
@@ -209,9 +210,16 @@ pub(crate) fn execute(
         end_ns = now;
         progress(Progress::Running, now, &live);
     });
-    let (notes, figures) = finished.map_err(SessionError::Machine)?;
+    let (notes, figures) = match finished {
+        Ok(finished) => finished,
+        Err(error) => {
+            record.into_iter().for_each(Recording::give_up);
+            return Err(error.into());
+        }
+    };
     let record = record.map(Recording::finish);
     if let Some(words) = broken {
+        record.iter().for_each(ClosedLog::withdraw);
         return Err(SessionError::Instance(words));
     }
     progress(Progress::Ended, end_ns, &live);
@@ -272,11 +280,7 @@ fn handlers(
 }
 
 /// Real time where the machine grants it; best effort where it does not and that was asked for.
-fn mode(
-    workload: &Workload,
-    lanes: usize,
-    best_effort: bool,
-) -> Result<(Mode, Option<SetupError>), SetupError> {
+fn mode(workload: &Workload, lanes: usize, best_effort: bool) -> Result<(Mode, Option<Denied>), Denied> {
     let granted = place(workload, lanes).and_then(|cpus| {
         let probe = red_rt::setup::Fifo { priority: PRIORITY, cpu: cpus.first().copied().unwrap_or(0) };
         // Asked for on a thread of its own, so that this one stays as it is.
@@ -285,8 +289,8 @@ fn mode(
     });
     match granted {
         Ok(cpus) => Ok((Mode::RealTime { priority: PRIORITY, cpus }, None)),
-        Err(e) if best_effort => Ok((Mode::BestEffort, Some(e))),
-        Err(e) => Err(e),
+        Err(e) if best_effort => Ok((Mode::BestEffort, Some(e.into()))),
+        Err(e) => Err(e.into()),
     }
 }
 

@@ -50,7 +50,7 @@ fn recorded(name: &str) -> String {
     let log = file(&format!("replay-{name}.redlog"), b"");
     let log = log.to_str().expect("the path is text").to_owned();
     let workload = workload.to_str().expect("the path is text");
-    let options = ["--duration", "600ms", "--best-effort", "--json", "--record", &log];
+    let options = ["--duration", "600ms", "--best-effort", "--json", "--force", "--record", &log];
     for _ in 0..TRIES {
         let (status, out, err) = run(&[&["run", workload], &options[..]].concat());
         assert_eq!(status, 0, "{err}");
@@ -168,7 +168,7 @@ fn a_log_beyond_the_limit_of_file_sizes_is_told_and_ends_no_run() {
     let _alone = alone();
     let mut limited = Command::new("prlimit");
     limited.arg(format!("--fsize={}", whole / 2)).arg(env!("CARGO_BIN_EXE_redrt")).arg("run").arg(&workload);
-    limited.args(["--duration", "600ms", "--best-effort", "--json", "--record"]).arg(&log);
+    limited.args(["--duration", "600ms", "--best-effort", "--json", "--force", "--record"]).arg(&log);
     let output = limited.output().expect("util-linux has it");
     let told = String::from_utf8_lossy(&output.stderr);
     // A log was asked for, and this machine did not take it; the figures are there.
@@ -224,7 +224,7 @@ fn ended_by(signal: &str) -> (String, Option<i32>, String) {
     let log = file(&format!("replay-{signal}.redlog"), b"");
     let told = File::create(log.with_extension("err")).expect("a file of our own");
     let mut command = process::command(&["run", workload.to_str().expect("the path is text")]);
-    command.args(["--duration", "600s", "--best-effort", "--json", "--record"]).arg(&log);
+    command.args(["--duration", "600s", "--best-effort", "--json", "--force", "--record"]).arg(&log);
     let child = command.stdout(Stdio::piped()).stderr(told).spawn().expect("it starts");
     wait_for_a_block(&log);
     let kill = format!("kill -{signal} {}", child.id());
@@ -347,7 +347,8 @@ fn a_log_that_the_disk_did_not_keep_is_not_whole() {
     let (log, workload) = [&log, &workload].map(|path| path.to_str().expect("the path is text")).into();
     let _alone = alone();
     let mut command = process::command(&["run", workload, "--duration", "100ms", "--best-effort"]);
-    let output = command.args(["--record", log]).env("LD_PRELOAD", disk).output().expect("it starts");
+    let output =
+        command.args(["--force", "--record", log]).env("LD_PRELOAD", disk).output().expect("it starts");
     assert_eq!(output.status.code(), Some(3), "{}", String::from_utf8_lossy(&output.stderr));
     refused(run(&["replay", log]), 2, &["cannot be replayed to the end", "the file could not be written"]);
 }
@@ -358,7 +359,7 @@ fn a_log_that_keeps_its_run_waiting_says_so_where_somebody_looks() {
     let workload = file("replay-slow.toml", FILE.as_bytes());
     let path = |path: &Path| path.to_str().expect("the path is text").to_owned();
     let run = format!(
-        "LD_PRELOAD={} {} run {} --duration 100ms --best-effort --record {}",
+        "LD_PRELOAD={} {} run {} --duration 100ms --best-effort --force --record {}",
         path(&disk),
         env!("CARGO_BIN_EXE_redrt"),
         path(&workload),

@@ -79,7 +79,7 @@ fn report(log: &str) -> (i32, Value) {
 #[test]
 fn a_log_by_calls_has_a_report_with_numbers_for_names() {
     let log = recorded::<Small>("report", CONFIG);
-    let (status, out, err) = run(&["report", &log, "--json"]);
+    let (status, out, err) = run(&["report", &log, "--json", "--force"]);
     assert_eq!(status, 0, "{err}");
     let told: Value = serde_json::from_str(&out).expect("one JSON object");
     let page = fs::read_to_string(log.replace(".redlog", ".html")).expect("the page");

@@ -55,7 +55,8 @@ fn recorded(name: &str) -> (String, Value) {
     let log = file(&format!("report-{name}.redlog"), b"");
     let _none_there = fs::remove_file(log.with_extension("html"));
     let (workload, log) = (workload.to_str().expect("text"), log.to_str().expect("text").to_owned());
-    let options = ["--policy", "edf", "--duration", "400ms", "--best-effort", "--json", "--record", &log];
+    let options =
+        ["--policy", "edf", "--duration", "400ms", "--best-effort", "--json", "--force", "--record", &log];
     let (status, out, err) = run(&[&["run", workload], &options[..]].concat());
     assert_eq!(status, 0, "{err}");
     (log, serde_json::from_str(&out).expect("one JSON object"))
@@ -191,8 +192,16 @@ fn a_page_is_there_whole_or_not_at_all() {
 #[test]
 fn tables_of_the_paper_are_a_page_where_one_is_asked_for() {
     let place = Path::new(env!("CARGO_TARGET_TMPDIR")).join("report-paper.html");
-    let (status, out, err) =
-        run(&["paper", "worked-example", "--seeds", "2", "--json", "--report", place.to_str().unwrap()]);
+    let (status, out, err) = run(&[
+        "paper",
+        "worked-example",
+        "--seeds",
+        "2",
+        "--json",
+        "--force",
+        "--report",
+        place.to_str().unwrap(),
+    ]);
     assert_eq!(status, 0, "{err}");
     let page = fs::read_to_string(&place).expect("the page");
     assert_eq!(data(&page), serde_json::from_str::<Value>(&out).expect("one JSON object"));

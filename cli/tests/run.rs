@@ -57,7 +57,7 @@ fn a_run_prints_one_object_and_every_job_is_accounted_for() {
 #[test]
 fn both_graph_edits_take_effect_though_the_second_has_to_wait() {
     let trace = file("run.trace.json", b"");
-    let arguments = ["--duration", "600ms", "--policy", "edf", "--trace", trace.to_str().unwrap()];
+    let arguments = ["--duration", "600ms", "--policy", "edf", "--force", "--trace", trace.to_str().unwrap()];
     let (status, _, err) = best_effort("run-edits.toml", FILE, &arguments);
     assert_eq!(status, 0, "{err}");
     let trace: serde_json::Value = serde_json::from_slice(&std::fs::read(&trace).unwrap()).unwrap();

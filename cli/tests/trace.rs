@@ -50,7 +50,7 @@ fn events(policy: &str) -> Vec<Value> {
     let trace = input.with_extension("trace.json");
     let arguments =
         ["run", input.to_str().unwrap(), "--best-effort", "--duration", "800ms", "--policy", policy];
-    let (status, _, err) = run(&[&arguments[..], &["--trace", trace.to_str().unwrap()]].concat());
+    let (status, _, err) = run(&[&arguments[..], &["--force", "--trace", trace.to_str().unwrap()]].concat());
     assert_eq!(status, 0, "{err}");
     let trace: Value = serde_json::from_slice(&fs::read(trace).unwrap()).expect("one JSON object");
     trace["traceEvents"].as_array().expect("a list").clone()

@@ -57,7 +57,7 @@ fn a_trace_without_a_place_is_refused_before_anything_runs() {
         ("no-such-folder/t.json", "`no-such-folder/t.json`"),
         ("no-such-folder/\u{1b}[31m.json", "\\u{1b}[31m.json`"),
         (&long, "`…"),
-        ("models", "Is a directory"),
+        ("models", "is a directory"),
     ] {
         let run = ["run", path.to_str().unwrap(), "--best-effort", "--duration", "600s", "--trace", place];
         refused(&run, &["cannot write the trace", words]);

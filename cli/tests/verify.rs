@@ -75,7 +75,7 @@ fn whatever_is_changed_in_a_plan_is_rejected() {
 #[test]
 fn plan_writes_what_verify_reads() {
     let path = file("cruise.certificate.json", "");
-    let (status, _, err) = run(&["plan", CRUISE, "--certificate", &path]);
+    let (status, _, err) = run(&["plan", CRUISE, "--certificate", &path, "--force"]);
     assert_eq!(status, 0, "{err}");
     let (status, out, err) = run(&["verify", &path, CRUISE]);
     assert_eq!((status, &*err), (0, ""));

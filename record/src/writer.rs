@@ -46,7 +46,14 @@ impl Writer {
     /// # Errors
     /// [`StartError`]: the file cannot be created or written, or no thread can be started.
     pub fn start(path: &Path, header: &Header) -> Result<(Self, Tape), StartError> {
-        let mut file = File::create(path)?;
+        Self::start_in(File::create(path)?, header)
+    }
+
+    /// The same in a file that is open for writing, and empty.
+    ///
+    /// # Errors
+    /// [`StartError`]: the file cannot be written, or no thread can be started.
+    pub fn start_in(mut file: File, header: &Header) -> Result<(Self, Tape), StartError> {
         let head = head(header)?;
         file.write_all(&head)?;
         file.write_all(&Totals::to_bytes(None))?;

@@ -24,6 +24,7 @@ use std::path::Path;
 pub use device::device;
 pub use measure::measure;
 
+use crate::setup::SetupError;
 use tree::Tree;
 
 /// How bad a finding is.
@@ -83,6 +84,15 @@ pub fn examine(root: &Path) -> Vec<Finding> {
 #[must_use]
 pub fn is_preempt_rt(root: &Path) -> bool {
     kernel::is_preempt_rt(&Tree::new(root))
+}
+
+/// The finding on the control group, where that is why a thread was refused `priority`: the right to it is there, and the group
+/// has no real-time budget. The kernel says the same as for a missing right. `None`: the error has another cause. `root` as
+/// for [`examine`].
+#[must_use]
+pub fn group_without_budget(root: &Path, error: &SetupError, priority: u8) -> Option<Finding> {
+    let asked = matches!(error, SetupError::NotPermitted { call: "sched_setscheduler(SCHED_FIFO)", .. });
+    if asked { rights::group_without_budget(&Tree::new(root), priority) } else { None }
 }
 
 #[cfg(test)]

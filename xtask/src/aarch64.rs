@@ -11,6 +11,10 @@ const EXECUTIVE: &[&str] = &["--package=red-core", "--package=red-sync", "--pack
 /// The core in the simulator beside the oracle, on this many random workloads for each comparison.
 const ORACLE: &[&str] = &["--package=red-tests", "--test=differential"];
 const SEEDS: &str = "5";
+/// The C ABI with its runtime: what C gives has other types there, as `char` has no sign.
+const ABI: &[&str] = &["--package=red-ffi", "--lib"];
+/// The C ABI of the core alone, which is a library of its own.
+const ABI_OF_THE_CORE: &[&str] = &["check", "--package=red-ffi", "--no-default-features"];
 /// Packages whose tests the emulator of one process cannot run, and why.
 const APART: &[(&str, &str)] = &[
     ("redrt", "starts redrt, which this machine's kernel cannot execute"),
@@ -21,6 +25,7 @@ const APART: &[(&str, &str)] = &[
 /// The step: what decides; all there is where there is time.
 pub(crate) fn step(workspace: &Workspace, depth: Depth) -> Result<Tally, Failure> {
     let test = || cross::aarch64(workspace, &["test", "--no-fail-fast"]);
+    cross::aarch64(workspace, ABI_OF_THE_CORE)?.stream()?;
     if depth == Depth::Deep {
         APART.iter().for_each(|(package, why)| say!("not run: the tests of {package}: it {why}"));
         let apart: Vec<&str> = APART.iter().flat_map(|(package, _)| ["--exclude", package]).collect();
@@ -28,5 +33,6 @@ pub(crate) fn step(workspace: &Workspace, depth: Depth) -> Result<Tally, Failure
     }
     let executive = test()?.args(EXECUTIVE).stream()?;
     let oracle = test()?.args(ORACLE).env("SEEDS", SEEDS).stream()?;
-    Ok(executive + oracle)
+    let abi = test()?.args(ABI).stream()?;
+    Ok(executive + oracle + abi)
 }

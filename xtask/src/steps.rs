@@ -100,7 +100,7 @@ const STEPS: &[Step] = &[
     },
     Step {
         name: "aarch64",
-        what: "the core's and the simulator's tests on AArch64, emulated",
+        what: "the tests of core, simulator and C ABI on AArch64, emulated",
         run: aarch64::step,
     },
     Step {

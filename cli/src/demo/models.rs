@@ -1,9 +1,8 @@
 //! The demo's networks travel inside the program and are unpacked beside what the demo writes.
 
 use crate::outcome::Failure;
-use red_workload::shown_path;
-use std::fs;
-use std::path::Path;
+use crate::place::{Folder, Place};
+use std::io::Write;
 
 const MODELS: [(&str, &[u8]); 5] = [
     ("encoder.onnx", include_bytes!("../../../models/encoder.onnx")),
@@ -13,16 +12,27 @@ const MODELS: [(&str, &[u8]); 5] = [
     ("control.onnx", include_bytes!("../../../models/control.onnx")),
 ];
 
-/// Makes the folder, and writes the networks into it.
-pub(crate) fn unpack(folder: &Path) -> Result<(), Failure> {
-    let write = || {
-        fs::create_dir_all(folder)?;
-        MODELS.iter().try_for_each(|(name, bytes)| fs::write(folder.join(name), bytes))
-    };
-    write().map_err(|e| {
-        Failure::Machine(format!(
-            "cannot unpack the networks into `{}`: {e}; choose another folder with --out",
-            shown_path(folder)
-        ))
-    })
+/// The networks that a folder still lacks, and their places there.
+pub(crate) struct Networks(Vec<(Place, &'static [u8])>);
+
+impl Networks {
+    /// Finds the places.
+    ///
+    /// # Errors
+    /// As for [`Folder::add`].
+    pub(crate) fn of(folder: &mut Folder) -> Result<Self, Failure> {
+        let mut places = Vec::new();
+        for (name, bytes) in MODELS {
+            places.extend(folder.add_constant("network", name, bytes)?.map(|place| (place, bytes)));
+        }
+        Ok(Self(places))
+    }
+
+    /// Writes them there.
+    ///
+    /// # Errors
+    /// [`Failure::Machine`]: one cannot be written.
+    pub(crate) fn unpack(&self) -> Result<(), Failure> {
+        self.0.iter().try_for_each(|(place, bytes)| place.write(|file| file.write_all(bytes)))
+    }
 }

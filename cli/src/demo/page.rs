@@ -3,11 +3,11 @@
 use crate::happened;
 use crate::outcome::Failure;
 use crate::paper::real::PAPER;
+use crate::place::Place;
 use crate::report::{self, Answer, Found, Report};
 use crate::session::{RunSummary, Session};
 use red_report::page::{self, Compared};
 use serde::Serialize;
-use std::path::Path;
 
 #[derive(Serialize)]
 struct Runs {
@@ -15,11 +15,11 @@ struct Runs {
 }
 
 /// Writes the page of these runs. `tries`: whether changes are tried that would have saved the jobs that missed.
-pub(super) fn write(path: &Path, sessions: &[Session], tries: bool) -> Result<(), Failure> {
+pub(super) fn write(place: &Place, sessions: &[Session], tries: bool) -> Result<(), Failure> {
     let (mut runs, mut answers, mut head) = (Vec::new(), Vec::new(), None);
     for session in sessions {
         let Some(log) = &session.record else { continue };
-        match report::follow(log.path(), path, tries, &session.summary.report.pools)? {
+        match report::follow(log.path(), place.path(), tries, &session.summary.report.pools)? {
             Found::Equal(report) => {
                 let Report { mut run, answer, head: made } = *report;
                 run.facts.extend(
@@ -45,7 +45,7 @@ pub(super) fn write(path: &Path, sessions: &[Session], tries: bool) -> Result<()
     head.command = "redrt demo".to_owned();
     head.data = report::to_json(&Runs { runs: answers })?;
     let summaries: Vec<&RunSummary> = sessions.iter().map(|session| &session.summary).collect();
-    report::file::write(path, &page::of_runs(&head, &runs, &compared(&summaries)), "--out")
+    place.write_text(&page::of_runs(&head, &runs, &compared(&summaries)))
 }
 
 /// Both policies in what the paper compares its system with EDF in.

@@ -3,19 +3,20 @@
 //! The systems take turns, round by round, so that a machine that gets slower on the way is so for all of them.
 
 use super::Bar;
-use crate::demo::models;
+use crate::demo::models::Networks;
 use crate::demo::scene::{self, Costs};
+use crate::denied::Denied;
 use crate::outcome::Failure;
 use crate::output;
+use crate::place::{Folder, Place};
 use crate::session::{self, Options, RunSummary};
 use red_paper::scenario::{EMERGENCY, NIGHT, Net, OBSTACLE, OBSTACLE_FREE, Scenario, URBAN};
 use red_paper::stat::Estimate;
 use red_paper::table::{Cell, Claim, Column, Table, Verdict, percent};
-use red_rt::setup::SetupError;
 use red_rt::stop::StopSignals;
 use red_workload::metrics::TaskMetrics;
 use red_workload::policy::Policy;
-use red_workload::{Format, Source, shown_path};
+use red_workload::{Format, Source};
 use std::cell::RefCell;
 use std::path::Path;
 
@@ -49,14 +50,41 @@ struct Measured {
 /// The table of the rounds that were finished, if there is one, and what was not done because a signal came.
 type Made = (Option<Table>, Option<String>);
 
+/// What is written into the folder.
+pub(super) struct Files {
+    networks: Networks,
+    /// Of the scenarios, in their order.
+    workloads: Vec<Place>,
+}
+
+impl Files {
+    /// Their places.
+    ///
+    /// # Errors
+    /// As for [`Folder::add`].
+    pub(super) fn of(folder: &mut Folder) -> Result<Self, Failure> {
+        let networks = Networks::of(folder)?;
+        let workload = |scenario: &Scenario| folder.add("workload", &format!("{}.toml", scenario.name));
+        Ok(Self { networks, workloads: SCENARIOS.iter().map(workload).collect::<Result<_, _>>()? })
+    }
+}
+
 /// Runs everything.
-pub(super) fn run(folder: &Path, duration_ns: u64, signals: &StopSignals) -> Result<Made, Failure> {
-    models::unpack(folder)?;
+pub(super) fn run(
+    folder: &Path,
+    files: &Files,
+    duration_ns: u64,
+    signals: &StopSignals,
+) -> Result<Made, Failure> {
+    files.networks.unpack()?;
     let left = |rounds| format!("stopped after {rounds} of {ROUNDS} rounds");
     let Some(costs) = Costs::measure(folder)? else { return Ok((None, Some(left(0)))) };
     let lanes = scene::lanes()?;
-    let sources: Result<Vec<Source>, Failure> =
-        SCENARIOS.iter().map(|scenario| source(folder, scenario, &costs, lanes)).collect();
+    let sources: Result<Vec<Source>, Failure> = SCENARIOS
+        .iter()
+        .zip(&files.workloads)
+        .map(|(scenario, place)| source(place, scenario, &costs, lanes))
+        .collect();
     let sources = sources?;
     let all = ROUNDS * SCENARIOS.len() * Policy::ALL.len();
     let bar = Bar { name: NAME, nth: 0, of: 1 };
@@ -101,8 +129,8 @@ fn one(source: &Source, policy: Policy, duration_ns: u64) -> Result<(RunSummary,
     let options =
         Options { policy, duration_ns, best_effort: true, trace: false, record: None, obstacle_ns: None };
     let why: RefCell<Option<String>> = RefCell::new(None);
-    let ready = |_: &_, _: &_, reason: Option<&SetupError>| {
-        *why.borrow_mut() = reason.map(SetupError::to_string);
+    let ready = |_: &_, _: &_, reason: Option<&Denied>| {
+        *why.borrow_mut() = reason.map(Denied::to_string);
     };
     let session = session::execute(source, &options, ready, |_, _, _| ())?;
     Ok((session.summary, why.into_inner()))
@@ -119,7 +147,7 @@ fn measured(task: &TaskMetrics) -> Measured {
 }
 
 /// A scenario as a workload: a camera, the stages, an actuator; and others beside it.
-fn source(folder: &Path, scenario: &Scenario, costs: &Costs, lanes: u64) -> Result<Source, Failure> {
+fn source(place: &Place, scenario: &Scenario, costs: &Costs, lanes: u64) -> Result<Source, Failure> {
     let fixed = scene::CAMERA_NS + scene::ACTUATE_NS;
     let calls = scenario.stages.iter().flat_map(|nets| nets.iter());
     let edf = fixed + calls.map(|net| costs.of("encoder") + costs.of(net.name())).sum::<u64>();
@@ -151,14 +179,8 @@ fn source(folder: &Path, scenario: &Scenario, costs: &Costs, lanes: u64) -> Resu
         "\n[[task]]\nname = \"others\"\nperiod = \"{others}ns\"\ndeadline = \"{others}ns\"\n\n{}",
         spin("piece", "", PIECE_NS)
     );
-    let path = folder.join(format!("{}.toml", scenario.name));
-    std::fs::write(&path, &file).map_err(|e| {
-        Failure::Machine(format!(
-            "cannot write `{}`: {e}; choose another folder with --out",
-            shown_path(&path)
-        ))
-    })?;
-    Ok(Source::parse(file.as_bytes(), Format::Toml, &path)?)
+    place.write_text(&file)?;
+    Ok(Source::parse(file.as_bytes(), Format::Toml, place.path())?)
 }
 
 fn call(name: &str, after: &str, net: Net, costs: &Costs, wcet: impl Fn(u64) -> u64) -> String {

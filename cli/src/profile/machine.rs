@@ -1,5 +1,6 @@
 //! The machine that is measured: its CPUs, the rights that it grants, and its name.
 
+use crate::denied::Denied;
 use crate::outcome::Failure;
 use red_rt::placement::{choose_cpus, usable_cpus};
 use red_rt::setup::{Fifo, SetupError, lock_memory};
@@ -17,7 +18,7 @@ pub(super) struct Machine {
     /// The lanes that each pool may use, never none; those of streams come after the CPUs'.
     pub(super) lanes_of_pool: Vec<Vec<usize>>,
     /// Why this is not real time.
-    pub(super) denied: Option<SetupError>,
+    pub(super) denied: Option<Denied>,
     /// CPU model.
     pub(super) model: String,
     /// Kernel release.
@@ -32,17 +33,18 @@ impl Machine {
     /// # Errors
     /// Real time is not granted or not on the CPUs that pools name, and `best_effort` does not allow less.
     pub(super) fn take(workload: &Workload, best_effort: bool) -> Result<Self, Failure> {
-        let told = |e: SetupError| {
+        let told = |e: Denied| {
             Failure::Machine(format!("{e}; `--best-effort` measures without real time, labelled so"))
         };
-        let usable = usable_cpus().map_err(told)?;
-        let mut cpus = choose_cpus(usable.len().min(MAX_LANES as usize), &usable).map_err(told)?;
+        let usable = usable_cpus().map_err(|e| told(e.into()))?;
+        let mut cpus =
+            choose_cpus(usable.len().min(MAX_LANES as usize), &usable).map_err(|e| told(e.into()))?;
         cpus.reverse();
         let granted = placed(workload, &cpus).and_then(|lanes| granted(cpus[0]).map(|()| lanes));
         let (lanes_of_pool, denied) = match granted {
             Ok(lanes) => (lanes, None),
-            Err(e) if best_effort => (vec![(0..cpus.len()).collect(); workload.pools.len()], Some(e)),
-            Err(e) => return Err(told(e)),
+            Err(e) if best_effort => (vec![(0..cpus.len()).collect(); workload.pools.len()], Some(e.into())),
+            Err(e) => return Err(told(e.into())),
         };
         let mut streams = cpus.len();
         let lanes_of_pool = workload.pools.iter().zip(lanes_of_pool).map(|(pool, lanes)| {

@@ -116,7 +116,7 @@ impl CudaPools {
             }
         }
         let said = Arc::new(Mutex::new(faults::table()));
-        let signals = StopSignals::install().map_err(SessionError::Machine)?;
+        let signals = StopSignals::install()?;
         let pools = pools().map(|pool| PoolId::new(pool as u8)).collect();
         Ok(Some(Self { cuda, pool, pools, lanes, handlers: None, said, signals }))
     }

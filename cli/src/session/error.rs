@@ -1,6 +1,7 @@
 //! Why a run cannot start.
 
 use super::bodies::BodiesError;
+use crate::denied::Denied;
 use red_record::StartError;
 use red_rt::cuda::CudaUnavailable;
 use red_rt::setup::SetupError;
@@ -17,7 +18,7 @@ pub(crate) enum SessionError {
     /// A body could not be made ready on a lane, in words.
     Instance(String),
     /// The machine lacks a right or a resource.
-    Machine(SetupError),
+    Machine(Denied),
     /// The log cannot be written.
     Record(String),
     /// The system starts no thread that writes the log.
@@ -47,6 +48,12 @@ impl SessionError {
             Self::Bodies(error) if error.is_of_machine() => 3,
             Self::Build(_) | Self::Bodies(_) | Self::Instance(_) | Self::Record(_) => 2,
         }
+    }
+}
+
+impl From<SetupError> for SessionError {
+    fn from(error: SetupError) -> Self {
+        Self::Machine(error.into())
     }
 }
 

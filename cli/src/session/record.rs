@@ -2,17 +2,17 @@
 
 use super::{Options, Robot, SessionError};
 use crate::outcome::Failure;
+use crate::place::Place;
 use crate::progress;
-use crate::regular;
 use red_record::{Header, StartError, Tape, Totals, Writer};
 use red_rt::runtime::Mode;
 use red_workload::{Format, Source, shown_path};
 use serde::Serialize;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// A log that is being written.
 pub(crate) struct Recording {
-    path: PathBuf,
+    place: Place,
     writer: Writer,
 }
 
@@ -20,7 +20,7 @@ pub(crate) struct Recording {
 #[derive(Debug)]
 pub(crate) struct ClosedLog {
     totals: Totals,
-    path: PathBuf,
+    place: Place,
     failed: Option<std::io::Error>,
 }
 
@@ -44,8 +44,7 @@ impl Recording {
         options: &Options<'_>,
         mode: &Mode,
     ) -> Result<Option<(Self, Tape)>, SessionError> {
-        let Some(path) = options.record else { return Ok(None) };
-        regular::exists(path).map_err(|e| SessionError::Record(no_log(path, &e)))?;
+        let Some(place) = options.record else { return Ok(None) };
         let header = Header {
             program: concat!("redrt ", env!("CARGO_PKG_VERSION")).to_owned(),
             capacities: Header::capacities_of::<Robot>(),
@@ -61,14 +60,25 @@ impl Recording {
             workload: source.text().to_owned(),
             config: None,
         };
-        let (writer, tape) = Writer::start(path, &header).map_err(|e| not_begun(path, e))?;
-        Ok(Some((Self { path: path.to_owned(), writer }, tape)))
+        let file = place.create().map_err(|e| SessionError::Record(place.cannot(&e)))?;
+        match Writer::start_in(file, &header) {
+            Ok((writer, tape)) => Ok(Some((Self { place: place.clone(), writer }, tape))),
+            Err(error) => {
+                place.withdraw();
+                Err(not_begun(place, error))
+            }
+        }
     }
 
     /// Waits for the last byte; the run has ended. On a slow disk that takes a while.
     pub(super) fn finish(self) -> ClosedLog {
         let (totals, failed) = progress::during("writing the log", || self.writer.finish());
-        ClosedLog { totals, path: self.path, failed }
+        ClosedLog { totals, place: self.place, failed }
+    }
+
+    /// Takes the log of a run away that did not start.
+    pub(super) fn give_up(self) {
+        self.place.withdraw();
     }
 }
 
@@ -89,12 +99,17 @@ impl ClosedLog {
 
     /// Where it is.
     pub(crate) fn path(&self) -> &Path {
-        &self.path
+        self.place.path()
+    }
+
+    /// Takes it away: nothing ran.
+    pub(super) fn withdraw(&self) {
+        self.place.withdraw();
     }
 
     /// What became of it, in words.
     pub(crate) fn words(&self) -> String {
-        let (Totals { entries, dropped, bytes, cut }, path) = (self.totals, shown_path(&self.path));
+        let (Totals { entries, dropped, bytes, cut }, path) = (self.totals, shown_path(self.path()));
         match (self.why(), cut) {
             (Some(why), Some(cut)) => format!(
                 "log: {path} has the first {entries} inputs; {dropped} more were dropped ({why}), so it cannot be \
@@ -111,37 +126,32 @@ impl ClosedLog {
     /// [`Failure::Machine`] with the reason.
     pub(crate) fn is_whole(&self) -> Result<(), Failure> {
         match self.why() {
-            Some(why) => Err(Failure::Machine(format!("`{}` is not whole: {why}", shown_path(&self.path)))),
+            Some(why) => Err(Failure::Machine(format!("`{}` is not whole: {why}", shown_path(self.path())))),
             None => Ok(()),
         }
     }
 }
 
 /// The place is the user's, threads are the machine's.
-fn not_begun(path: &Path, error: StartError) -> SessionError {
+fn not_begun(place: &Place, error: StartError) -> SessionError {
     match error {
-        StartError::File(e) => SessionError::Record(no_log(path, &e)),
+        StartError::File(e) => SessionError::Record(place.cannot(&e)),
         thread => SessionError::Recorder(thread),
     }
-}
-
-pub(crate) fn no_log(path: &Path, error: &std::io::Error) -> String {
-    format!(
-        "cannot write the log to `{}`: {error}; expected a file in a folder that takes it",
-        shown_path(path)
-    )
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::place::{Force, Places};
     use std::io::{Error, ErrorKind};
 
     #[test]
     fn a_place_is_the_users_fault_and_a_thread_the_machines() {
-        let error = |of: fn(Error) -> StartError| {
-            not_begun(Path::new("a.redlog"), of(Error::from(ErrorKind::WouldBlock)))
-        };
+        let path = std::env::temp_dir().join(format!("redrt-record-{}.redlog", std::process::id()));
+        let place =
+            Places::new(&Force::default(), Failure::Machine).add_log("--record", &path).expect("a folder");
+        let error = |of: fn(Error) -> StartError| not_begun(&place, of(Error::from(ErrorKind::WouldBlock)));
         assert_eq!(error(StartError::File).exit_code(), 2);
         let thread = error(StartError::Thread);
         assert!(thread.exit_code() == 3 && thread.to_string().contains("ulimit -u"), "{thread}");

@@ -148,7 +148,7 @@ fn the_summary_has_the_keys_of_a_run_on_the_cpu_and_those_of_the_device() {
 #[test]
 fn what_others_use_of_the_device_is_told_to_the_scheduler() {
     let log = Path::new(env!("CARGO_TARGET_TMPDIR")).join("used.redlog").display().to_string();
-    let more = ["--duration", "400ms", "--record", &log];
+    let more = ["--duration", "400ms", "--force", "--record", &log];
     let ran = summary(run(&StandIn::new(&format!("{TAKES}load 97\n")), &patient(), &more));
     assert_eq!(
         (&ran["utilisation_source"], count(&ran, "utilisation_max_ppm")),
@@ -171,7 +171,8 @@ fn what_others_use_of_the_device_is_told_to_the_scheduler() {
 #[test]
 fn a_run_of_streams_is_replayed_without_a_difference() {
     let log = Path::new(env!("CARGO_TARGET_TMPDIR")).join("streams.redlog").display().to_string();
-    let ran = summary(run(&StandIn::new(TAKES), &patient(), &["--duration", "500ms", "--record", &log]));
+    let ran =
+        summary(run(&StandIn::new(TAKES), &patient(), &["--duration", "500ms", "--force", "--record", &log]));
     assert!(count(&ran, "submissions_ahead") > 0, "{ran}");
     let (status, out, told) = process::run(&["replay", &log]);
     assert_eq!((status, out.contains("no difference")), (0, true), "{out}{told}");

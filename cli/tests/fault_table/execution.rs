@@ -162,7 +162,7 @@ fn row_27_a_node_late_by_a_nanosecond_is_counted_once_and_the_chain_goes_on_by_p
 fn row_28_a_body_that_crashes_ends_the_process_and_a_restart_finds_its_files() {
     let path = workload("row-28", "crashes", 1, "");
     let trace = path.with_extension("json");
-    let arguments = ["--best-effort", "--duration", "300ms", "--trace", trace.to_str().unwrap()];
+    let arguments = ["--best-effort", "--duration", "300ms", "--force", "--trace", trace.to_str().unwrap()];
     let text = fs::read_to_string(&path).expect("UTF-8");
     let _alone = alone();
     // The last good run left a trace.

@@ -254,7 +254,8 @@ fn row_74_logs_of_other_formats_and_with_flipped_bits_are_refused() {
     let log = path.with_extension("redlog");
     {
         let _alone = alone();
-        let arguments = ["--best-effort", "--duration", "300ms", "--record", log.to_str().unwrap()];
+        let arguments =
+            ["--best-effort", "--duration", "300ms", "--force", "--record", log.to_str().unwrap()];
         redrt::summary(&redrt::run(&path, &arguments).output().expect("the command starts"), 0);
     }
     let whole = fs::read(&log).expect("it was recorded");

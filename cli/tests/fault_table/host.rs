@@ -280,7 +280,8 @@ fn row_59_logs_that_nobody_reads_or_that_fit_nowhere_stop_no_job() {
     });
     thread::sleep(10 * LOOK);
     let trace = path.with_extension("json");
-    let mut command = run(&path, &[&arguments[..], &["--trace", trace.to_str().unwrap()]].concat());
+    let mut command =
+        run(&path, &[&arguments[..], &["--force", "--trace", trace.to_str().unwrap()]].concat());
     let child = command.stdout(Stdio::piped()).stderr(writer.try_clone().expect("another end")).spawn();
     let child = child.expect("the command starts");
     drop(command);

@@ -12,10 +12,11 @@ pub(crate) fn take(from: *const c_char) -> Result<String, red_status> {
     if from.is_null() {
         return Err(red_status::NullPointer);
     }
-    let mut bytes = Vec::new();
+    // `c_char` has a sign on some processors, and none on others.
+    let (from, mut bytes) = (from.cast::<u8>(), Vec::new());
     while bytes.len() < LONGEST {
         // SAFETY: C says that it is a text, so that it may be read up to the byte that ends it.
-        let byte = unsafe { from.wrapping_add(bytes.len()).read() }.cast_unsigned();
+        let byte = unsafe { from.wrapping_add(bytes.len()).read() };
         if byte == 0 {
             return String::from_utf8(bytes).ok().filter(|text| !text.is_empty()).ok_or(red_status::Text);
         }
@@ -38,3 +39,6 @@ pub(crate) fn for_this_program(message: &str) -> String {
         None => message.replace(COMMAND, "PROGRAM"),
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -150,8 +150,8 @@ fn group_scheduling(tree: &Tree<'_>) -> Finding {
     const CHECK: Check = Check {
         id: "rights.rt_group_sched",
         why: "with RT group scheduling a control group without RT budget gets no real-time priority, even as root",
-        fix: "give the group a budget (docker run --cpu-rt-runtime=950000), move it to the root group, or use a \
-            kernel without CONFIG_RT_GROUP_SCHED (boot parameter rt_group_sched=0)",
+        fix: "give the group a budget (echo 950000 > its cpu.rt_runtime_us, those above it first; docker run \
+            --cpu-rt-runtime=950000), move the process to the root group, or use a kernel without CONFIG_RT_GROUP_SCHED (boot parameter rt_group_sched=0)",
     };
     let judge = || -> Result<Finding, Unreadable> {
         if let Some(path) = group(tree, "cpu")? {
@@ -174,6 +174,16 @@ fn group_scheduling(tree: &Tree<'_>) -> Finding {
         })
     };
     CHECK.on(judge(), |finding| finding)
+}
+
+/// The finding on a group without a budget, where it alone forbids this priority.
+pub(super) fn group_without_budget(tree: &Tree<'_>, priority: u8) -> Option<Finding> {
+    let within = |limit: Option<u64>| limit.is_none_or(|highest| highest >= u64::from(priority));
+    let is_granted = holds(tree, CAP_SYS_NICE).unwrap_or(false)
+        || hard_limit(tree, "Max realtime priority").is_ok_and(within);
+    // Without throttling, the kernel asks no group for its budget.
+    let asks = tree.read("proc/sys/kernel/sched_rt_runtime_us").is_ok_and(|runtime| runtime != "-1");
+    Some(group_scheduling(tree)).filter(|group| is_granted && asks && group.severity == Severity::Fail)
 }
 
 fn quota(tree: &Tree<'_>) -> Finding {

@@ -2,7 +2,9 @@ use std::collections::HashSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::{Finding, Severity, examine};
+use super::{Finding, Severity, examine, group_without_budget};
+use crate::setup::SetupError;
+use nix::errno::Errno;
 
 /// A machine made of files in a folder of its own, which goes with it.
 struct Machine(PathBuf);
@@ -225,6 +227,31 @@ fn the_container_trap_of_rt_group_scheduling_is_seen_in_both_versions() {
     assert_eq!(machine.severity("rights.rt_group_sched"), Severity::Pass);
     machine.write("sys/fs/cgroup/cpu/box/cpu.cfs_quota_us", "50000\n");
     assert_eq!(machine.severity("rights.cpu_quota"), Severity::Warn);
+}
+
+#[test]
+fn a_refused_priority_is_put_down_to_the_group_only_where_the_right_is_there() {
+    let machine = good("refused");
+    let refused = |call| SetupError::NotPermitted { call, errno: Errno::EPERM, fix: "get the right" };
+    let of_group =
+        |call, priority| group_without_budget(&machine.0, &refused(call), priority).map(|finding| finding.id);
+    let (fifo, group) = ("sched_setscheduler(SCHED_FIFO)", Some("rights.rt_group_sched"));
+    assert_eq!(of_group(fifo, 70), None, "no group scheduling");
+    machine.write("proc/self/cgroup", "4:cpu,cpuacct:/box\n0::/\n");
+    machine.write("sys/fs/cgroup/cpu/box/cpu.rt_runtime_us", "0\n");
+    assert_eq!(of_group(fifo, 70), None, "no throttling, so no budgets");
+    machine.write("proc/sys/kernel/sched_rt_runtime_us", "950000\n");
+    assert_eq!(of_group(fifo, 70), group);
+    assert_eq!(of_group("mlockall(MCL_CURRENT | MCL_FUTURE)", 70), None, "the group grants no memory");
+    // By its limit, without the capability.
+    machine.write("proc/self/status", "CapEff:\t0000000000000000\n");
+    machine.write("proc/self/limits", "Max realtime priority     80                   80\n");
+    assert_eq!([70, 80, 81].map(|priority| of_group(fifo, priority)), [group, group, None]);
+    machine.write("proc/self/limits", "Max realtime priority     0                    0\n");
+    assert_eq!(of_group(fifo, 70), None, "the right is missing");
+    machine.write("proc/self/limits", "Max realtime priority     unlimited            unlimited\n");
+    machine.write("sys/fs/cgroup/cpu/box/cpu.rt_runtime_us", "950000\n");
+    assert_eq!(of_group(fifo, 70), None, "there is a budget");
 }
 
 #[test]

@@ -63,6 +63,14 @@ impl Target {
         }
     }
 
+    /// What cargo is told by its environment: the compiler of the C files, and the linker.
+    pub(crate) fn environment(&self) -> Vec<(String, String)> {
+        let Some(triple) = self.triple.as_ref().filter(|_| self.has_system()) else { return Vec::new() };
+        let name = triple.replace('-', "_");
+        let linker = format!("CARGO_TARGET_{}_LINKER", name.to_uppercase());
+        [format!("CC_{name}"), linker].map(|variable| (variable, format!("{}gcc", self.prefix))).into()
+    }
+
     /// One of its tools, installed if it is not there.
     ///
     /// # Errors

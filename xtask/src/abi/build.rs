@@ -82,6 +82,9 @@ pub(crate) fn compile(
         cargo = cargo.args(&["--target", triple]);
         folder.push(triple);
     }
+    for (variable, value) in target.environment() {
+        cargo = cargo.env(&variable, value);
+    }
     let flags = if layer == Layer::Core { target.flags() } else { &[] };
     let said = cargo.args(&["--", "--print", "native-static-libs"]).args(flags).text()?;
     Ok((folder.join(layer.profile()).join("libred_ffi.a"), needed(&said)))
