@@ -493,7 +493,7 @@ enum red_shedding
    */
   RED_SHEDDING_LOWEST_URGENCY = 1,
   /**
-   * Provably dead jobs at once; under lasting overload the job of the lowest value.
+   * Jobs that no schedule can end in time, at once; and the least of those that would make others late.
    */
   RED_SHEDDING_HOPELESS = 2,
 };
@@ -631,7 +631,7 @@ enum red_shed
    */
   RED_SHED_HOPELESS = 1,
   /**
-   * Lasting overload; it had the lowest value.
+   * Others would have been late beside it, and it had the lowest rank.
    */
   RED_SHED_OVERLOAD = 2,
   /**
@@ -639,7 +639,7 @@ enum red_shed
    */
   RED_SHED_URGENCY = 3,
   /**
-   * No place for another job at its release.
+   * No place for another job: at its own release, or at that of a job of a higher rank.
    */
   RED_SHED_FULL = 4,
   /**
@@ -1700,11 +1700,11 @@ typedef struct {
    */
   uint64_t period_ns;
   /**
-   * Higher survives overload longer; 1 is usual.
+   * Rank under overload: a lower value costs none of a higher one its deadline, but for nodes that hold a lane; 1 is usual.
    */
   uint32_t value;
   /**
-   * At least so many of any floor_of consecutive jobs are never shed by choice; 0 of 0: no floor.
+   * At least so many of any floor_of consecutive jobs are to be on time, before every value; 0 of 0: no floor.
    */
   uint32_t floor_keep;
   /**

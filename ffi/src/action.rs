@@ -11,11 +11,11 @@ pub enum red_shed {
     Not = 0,
     /// Not even its best case could end by the deadline.
     Hopeless = 1,
-    /// Lasting overload; it had the lowest value.
+    /// Others would have been late beside it, and it had the lowest rank.
     Overload = 2,
     /// Lasting overload under the paper's rule; it had the lowest urgency.
     Urgency = 3,
-    /// No place for another job at its release.
+    /// No place for another job: at its own release, or at that of a job of a higher rank.
     Full = 4,
     /// It was past its deadline, and the late policy is to abort.
     Late = 5,

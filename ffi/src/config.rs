@@ -76,7 +76,7 @@ pub enum red_shedding {
     Never = 0,
     /// The paper's ProactiveDrop: lowest urgency first, while the overload lasts.
     LowestUrgency = 1,
-    /// Provably dead jobs at once; under lasting overload the job of the lowest value.
+    /// Jobs that no schedule can end in time, at once; and the least of those that would make others late.
     Hopeless = 2,
 }
 

@@ -39,9 +39,9 @@ pub struct red_timing {
     pub deadline_ns: u64,
     /// Period, or minimum time between releases, for admission; 0: none declared.
     pub period_ns: u64,
-    /// Higher survives overload longer; 1 is usual.
+    /// Rank under overload: a lower value costs none of a higher one its deadline, but for nodes that hold a lane; 1 is usual.
     pub value: u32,
-    /// At least so many of any floor_of consecutive jobs are never shed by choice; 0 of 0: no floor.
+    /// At least so many of any floor_of consecutive jobs are to be on time, before every value; 0 of 0: no floor.
     pub floor_keep: u32,
     /// See floor_keep; at least as many.
     pub floor_of: u32,

@@ -67,11 +67,11 @@ crate::capacity::values! {
     pub enum ShedReason {
         /// Not even its best case could end by the deadline.
         Hopeless = 1,
-        /// Lasting overload; it had the lowest value.
+        /// Others would have been late beside it, and it had the lowest rank.
         Overload,
         /// Lasting overload under the paper's rule; it had the lowest urgency.
         Urgency,
-        /// No place for another job at its release.
+        /// No place for another job: at its own release, or at that of a job of a higher rank.
         Full,
         /// It was past its deadline, and the late policy is to abort.
         Late,

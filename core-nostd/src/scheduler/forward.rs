@@ -99,7 +99,13 @@ impl<C: Capacity> Scheduler<C> {
     /// The forward schedule of a group of jobs in flight, a bit each.
     #[cold]
     pub(super) fn forward(&self, group: u64) -> Forward<C> {
-        let forward = Forward { end: Empty::EMPTY, first: Empty::EMPTY, pools: Empty::EMPTY, late: 0, laxity: u64::MAX };
+        let forward = Forward {
+            end: Empty::EMPTY,
+            first: Empty::EMPTY,
+            pools: Empty::EMPTY,
+            late: 0,
+            laxity: u64::MAX,
+        };
         let mut course = Course {
             scheduler: self,
             now: self.now.as_nanos(),
@@ -109,7 +115,8 @@ impl<C: Capacity> Scheduler<C> {
             lanes: Empty::EMPTY,
             busy: 0,
             stopped: Empty::EMPTY,
-            shares: self.config.frame_cache && bits(group).any(|slot| !self.version(slot).encoders.is_empty()),
+            shares: self.config.frame_cache
+                && bits(group).any(|slot| !self.version(slot).encoders.is_empty()),
             forward,
         };
         course.set_out();
@@ -208,7 +215,11 @@ impl<C: Capacity> Course<'_, C> {
     fn start(&mut self, pool: usize, slot: usize, lane: usize) {
         let Some(rank) = self.head_of(pool, slot) else { return };
         let s = self.scheduler;
-        let place = self.stopped.as_ref().iter().position(|x| usize::from(x.slot) == slot + 1 && usize::from(x.rank) == rank);
+        let place = self
+            .stopped
+            .as_ref()
+            .iter()
+            .position(|x| usize::from(x.slot) == slot + 1 && usize::from(x.rank) == rank);
         let left = match place {
             Some(place) => core::mem::replace(&mut self.stopped[place], Stopped::EMPTY).left,
             None => s.left_of(&s.jobs[slot], slot, rank, Case::Expected),
@@ -320,7 +331,8 @@ impl<C: Capacity> Course<'_, C> {
             let (slot, rank) = if taken.is_new { (taken.slot, taken.rank) } else { (l.slot, l.rank) };
             let (slot, rank) = (usize::from(slot), usize::from(rank));
             let keeps_lane = !taken.is_new && (l.is_encoder || l.merged || l.members & self.group == 0);
-            let keeps_lane = keeps_lane || s.node(slot, rank).atomic || s.version(slot).encoders.contains(rank);
+            let keeps_lane =
+                keeps_lane || s.node(slot, rank).atomic || s.version(slot).encoders.contains(rank);
             (!keeps_lane).then(|| (rank_of(slot, rank), rank, slot, lane))
         };
         let last = bits((s.pools[pool].lanes & self.busy).into()).filter_map(running).max();

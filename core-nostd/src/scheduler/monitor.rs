@@ -172,7 +172,8 @@ impl<C: Capacity> Scheduler<C> {
         if self.config.shed != Shed::Hopeless || self.in_flight == 0 || self.monitor.laxity == u64::MAX {
             return Instant::MAX;
         }
-        let busy = (0..self.lanes()).filter(|lane| self.lanes[*lane].members != 0 && self.lanes[*lane].is_busy());
+        let busy =
+            (0..self.lanes()).filter(|lane| self.lanes[*lane].members != 0 && self.lanes[*lane].is_busy());
         busy.map(|lane| self.outruns_at(lane)).min().unwrap_or(Instant::MAX)
     }
 

@@ -90,7 +90,8 @@ impl<C: Capacity> Scheduler<C> {
         let l = &self.lanes[lane];
         let of_gone = if l.merged { l.expects.saturating_sub(self.executed_on(lane).as_nanos()) } else { 0 };
         let left = |slot: usize, rank| self.left_of(&self.jobs[slot], slot, rank, Case::Expected);
-        let members = bits(l.members).flat_map(|slot| self.ranks_on(slot, lane).map(move |rank| left(slot, rank)));
+        let members =
+            bits(l.members).flat_map(|slot| self.ranks_on(slot, lane).map(move |rank| left(slot, rank)));
         members.fold(of_gone, u64::max)
     }
 

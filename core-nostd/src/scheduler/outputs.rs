@@ -1,6 +1,8 @@
 //! Encoders: one execution for many sub-jobs. Waiting for a running key, hits, and how long a result lives.
 
-use super::{Scheduler, bits, complete::CompleteError, event::EventKind, jobs::Job, outlook::Case, units::Lane};
+use super::{
+    Scheduler, bits, complete::CompleteError, event::EventKind, jobs::Job, outlook::Case, units::Lane,
+};
 use crate::capacity::{Capacity, Empty};
 use crate::config::Gate;
 use crate::graph::{NodeSet, Role};
@@ -99,7 +101,10 @@ impl<C: Capacity> Scheduler<C> {
     fn wake_parked(&mut self, key: FrameKey) {
         for slot in self.slots() {
             let mut woken = self.version(slot).encoders.and(&self.jobs[slot].parked);
-            woken.iter().filter(|e| self.frame_key(&self.jobs[slot], *e) != Some(key)).for_each(|e| woken.remove(e));
+            woken
+                .iter()
+                .filter(|e| self.frame_key(&self.jobs[slot], *e) != Some(key))
+                .for_each(|e| woken.remove(e));
             if woken.is_empty() {
                 continue;
             }
@@ -146,7 +151,8 @@ impl<C: Capacity> Scheduler<C> {
     /// Frees a result that no uncompleted decoder in flight reads and no encoder of its key could still take.
     fn keep_or_free(&mut self, place: usize) {
         let key = self.outputs[place].key();
-        let could_hit = |slot| self.open_encoders(slot).iter().any(|e| self.frame_key(&self.jobs[slot], e) == Some(key));
+        let could_hit =
+            |slot| self.open_encoders(slot).iter().any(|e| self.frame_key(&self.jobs[slot], e) == Some(key));
         let is_needed =
             |slot| self.reader(slot, place).is_some() || self.config.frame_cache && could_hit(slot);
         if self.outputs[place].state == OutputState::Kept && !self.slots().any(is_needed) {

@@ -27,7 +27,8 @@ impl<C: Capacity> Scheduler<C> {
             return;
         }
         let forward = self.forward(self.in_flight);
-        let (stay, laxity) = if forward.late == 0 { (self.in_flight, forward.laxity) } else { self.choose(forward) };
+        let (stay, laxity) =
+            if forward.late == 0 { (self.in_flight, forward.laxity) } else { self.choose(forward) };
         self.monitor.laxity = laxity;
         let gone = self.in_flight & !stay;
         if gone.count_ones() >= MOST {
@@ -41,7 +42,8 @@ impl<C: Capacity> Scheduler<C> {
         let mut floors = <C::Tasks<Floor>>::EMPTY;
         (0..C::TASKS).for_each(|task| floors[task] = self.tasks[task].timing.floor);
         let mut standings = <C::Jobs<Option<Standing>>>::EMPTY;
-        self.slots().for_each(|slot| standings[slot] = Some(self.standing(slot, self.floor_of(&self.jobs[slot]))));
+        self.slots()
+            .for_each(|slot| standings[slot] = Some(self.standing(slot, self.floor_of(&self.jobs[slot]))));
         let (mut stay, mut kept, mut is_doubtful) = (self.in_flight, 0, false);
         // Each round keeps a job or lets one go.
         while let Some(x) = self.first_late(&forward, kept) {
