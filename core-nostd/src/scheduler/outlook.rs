@@ -47,15 +47,18 @@ impl<C: Capacity> Scheduler<C> {
     }
 
     /// The least time from now in which a job can end, in nanoseconds: its longest remaining path, and for each pool
-    /// the work left there over its lanes. `slot` is where the job is, or none where it is only about to be.
+    /// the work left there over its lanes, but for encoders. `slot` is where the job is, or none where it is only about to be.
     pub(super) fn bound(&self, job: &Job<C>, slot: usize, case: Case) -> u64 {
         let (mut longest, mut work) = (0u64, <C::Pools<u64>>::EMPTY);
+        let encoders = &self.tasks[job.task.index()].version_of(job).encoders;
         self.backwards(job, |rank, after| {
             if job.done.contains(rank) {
                 return 0;
             }
             let (left, pool) = (self.left_of(job, slot, rank, case), self.node_of(job, rank).pool.index());
-            work[pool] = work[pool].saturating_add(left);
+            // One run of an encoder may serve others, here or in another pool.
+            let own = if encoders.contains(rank) { 0 } else { left };
+            work[pool] = work[pool].saturating_add(own);
             longest = longest.max(after.saturating_add(left));
             after.saturating_add(left)
         });

@@ -94,8 +94,8 @@ fn legal(facts: &Facts<'_>, units: &[Unit], job: &JobFacts, at: u64, reason: Rea
     }
 }
 
-/// What a job takes at least from `at` on: its longest path, and its work over the lanes of each pool. An encoder
-/// counts unless its result is surely there or on its way.
+/// What a job takes at least from `at` on: its longest path, and its work but for encoders over the lanes of each
+/// pool. On the path an encoder counts unless its result is surely there or on its way.
 fn least_left(facts: &Facts<'_>, units: &[Unit], job: &JobFacts, at: u64) -> u64 {
     let is_there = |node: usize| {
         let key = facts.frame(job, node).filter(|_| job.graph.nodes[node].role == Role::Encoder);
@@ -118,7 +118,9 @@ fn least_left(facts: &Facts<'_>, units: &[Unit], job: &JobFacts, at: u64) -> u64
     };
     let left: Vec<u64> = (0..job.runs.len()).map(left).collect();
     let on_all_lanes = facts.workload.pools.iter().enumerate().map(|(pool, model)| {
-        let here = (0..left.len()).filter(|&node| job.graph.nodes[node].pool == pool);
+        let nodes = job.graph.nodes.iter().enumerate();
+        let here =
+            nodes.filter(|(_, sub)| sub.pool == pool && sub.role != Role::Encoder).map(|(node, _)| node);
         here.map(|node| left[node]).sum::<u64>().div_ceil(u64::from(model.lanes))
     });
     on_all_lanes.fold(job.graph.longest_path(&left), u64::max)

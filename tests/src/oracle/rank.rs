@@ -30,12 +30,14 @@ impl Sim<'_> {
         (0..job.state.len()).map(left).collect()
     }
 
-    /// The earliest instant at which the job can end: its longest path, and its work on all lanes of a pool.
+    /// The earliest instant at which the job can end: its longest path, and its work, but for encoders, on all
+    /// lanes of a pool.
     pub(super) fn bound(&self, job: &Job, now: u64) -> i128 {
         let left = self.left(job, now);
         let mut longest = job.remaining_path(&left);
         for (pool, model) in self.workload.pools.iter().enumerate() {
-            let here = (0..left.len()).filter(|&node| job.graph.nodes[node].pool == pool);
+            let own = |node: usize| job.graph.nodes[node].role != Role::Encoder;
+            let here = (0..left.len()).filter(|&node| job.graph.nodes[node].pool == pool && own(node));
             let work: u64 = here.map(|node| left[node]).sum();
             longest = longest.max(i128::from(work.div_ceil(u64::from(model.lanes))));
         }
