@@ -277,10 +277,9 @@ impl Search {
             })
             .collect();
         let is_proved = |i: usize| tasks[i].response_ns.is_some();
-        let are_all = (0..tasks.len()).all(is_proved);
         let cluster = |(c, cluster): (usize, &certificate::Cluster)| {
             let here = || (0..tasks.len()).filter(move |i| self.members[*i].parts[c].is_some());
-            let is_proved = here().all(|i| is_proved(i) && (are_all || set.tasks[i].is_kept));
+            let is_proved = here().all(is_proved);
             ClusterProof {
                 pool: cluster.pool.clone(),
                 name: cluster.name.clone(),

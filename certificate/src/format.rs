@@ -13,8 +13,8 @@
 //!   by reachability. A node of no cost counts as 1 ns, since it has to wait for a lane, too.
 //! - Inequalities are those of `docs/admission.md`, with the R of all tasks as they stand here. What others do is bounded by
 //!   all of their versions together: chains by their largest lengths, longest first; nodes and groups of all versions.
-//! - `guarantee` of a cluster is `analytic` where each task with a node in it is proved, and either all others are, too, or
-//!   no job of its tasks is given up by choice; else `best-effort`.
+//! - `guarantee` of a cluster is `analytic` where each task with a node in it is proved, for a job is given up only so that
+//!   another that needs the same lanes is in time; else `best-effort`.
 
 use crate::set::hex;
 use serde::{Deserialize, Serialize};

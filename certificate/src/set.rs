@@ -35,9 +35,6 @@ pub struct Task {
     pub deadline_ns: u64,
     /// Least time between releases; `None`: it is released once.
     pub period_ns: Option<u64>,
-    /// Whether its jobs are never given up by choice. Those of others may be, wherever they run, as soon as a task without
-    /// a proof gets behind.
-    pub is_kept: bool,
     /// Whether a ready node of it may have to wait for something other than a lane, such as memory. Nothing is proved then.
     pub waits: bool,
     /// Names of the encoder results that it may share with other jobs. Whoever waits for a result that is being computed
@@ -95,8 +92,8 @@ impl Set {
         }
         for task in &self.tasks {
             let period = task.period_ns.map_or_else(|| "once".to_owned(), |ns| ns.to_string());
-            let Task { name, deadline_ns, is_kept, waits, frames, .. } = task;
-            let _ = writeln!(text, "task {name} {deadline_ns} {period} {is_kept} {waits}");
+            let Task { name, deadline_ns, waits, frames, .. } = task;
+            let _ = writeln!(text, "task {name} {deadline_ns} {period} {waits}");
             for frame in frames {
                 let _ = writeln!(text, "frame {frame}");
             }

@@ -6,7 +6,6 @@ use crate::{Proof, Rejected};
 fn stated() -> (Set, Certificate) {
     let mut diamond = task("diamond", 40, 100, &[1, 2, 3, 0], &[(0, 1), (0, 2), (1, 3), (2, 3)]);
     diamond.versions.push(graph(&[(4, 0)], &[]));
-    diamond.is_kept = true;
     let mut other = task("other", 10, 1_000, &[1], &[]);
     other.versions[0].nodes[0].cluster = 1;
     let set = set(&[2, 1], vec![diamond, other]);
@@ -116,8 +115,14 @@ fn who_waits_for_more_than_lanes_is_not_proved() {
 }
 
 #[test]
-fn jobs_that_may_be_given_up_by_choice_have_no_guarantee_beside_a_task_without_proof() {
-    is_of(of_changed(|set| set.tasks[0].is_kept = false), "guarantee of cluster");
+fn a_cluster_has_no_guarantee_beside_a_task_without_proof() {
+    assert_eq!(of_changed(|_| ()), Ok(()), "it has a cluster of its own");
+    let share = |certificate: &mut Certificate| {
+        certificate.clusters[1].guarantee = Guarantee::Analytic;
+    };
+    let (set, mut certificate) = stated();
+    share(&mut certificate);
+    is_of(verify(&certificate.sealed(), &set), "guarantee of cluster");
 }
 
 #[test]

@@ -169,7 +169,8 @@ fn together(plan: &Plan) -> String {
         && tasks.iter().any(|task| task.response_ns.is_some())
     {
         lines.push(
-            "  (jobs of these that may be given up may be so for a task that is not proved)".to_owned(),
+            "  (jobs of these may be given up for a task that is not proved and needs the same lanes)"
+                .to_owned(),
         );
     }
     if let Some(division) = &plan.division {

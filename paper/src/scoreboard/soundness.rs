@@ -6,7 +6,7 @@ use crate::rng::Rng;
 use crate::run::{PaperError, Run};
 use crate::table::{Cell, Claim, Column, Table, Verdict};
 use red_analysis::prove;
-use red_certificate::{self as certificate, Certificate, Cluster, Set, Task, verify};
+use red_certificate::{self as certificate, Certificate, Cluster, Guarantee, Set, Task, verify};
 use red_core::{Capacity, Caps, Config, Dag, Duration, Empty, NodeId, PoolId, Scheduler, Timing, Wcet};
 
 /// Room for a set: tasks, nodes, jobs, lanes, pools.
@@ -29,8 +29,6 @@ const HEAVY: f64 = 0.1;
 const LOAD_PERCENT: (u64, u64) = (5, 80);
 /// Deadline over period where it is not between the longest path and the period, in percent.
 const DEADLINE_PERCENT: (u64, u64) = (60, 250);
-/// Tasks none of whose jobs may be given up.
-const KEPT: f64 = 0.3;
 
 /// How lanes are shared out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -115,7 +113,6 @@ fn draw(rng: &mut Rng, lanes: u32, layout: Layout) -> Set {
             name: format!("t{nth}"),
             deadline_ns: deadline_ns.max(1),
             period_ns: Some(period_ns),
-            is_kept: rng.chance(KEPT),
             versions: vec![graph.to_prove(|node| places[node])],
             ..Task::default()
         }
@@ -157,7 +154,6 @@ fn run_once(rng: &mut Rng, set: &Set) -> Option<Ends> {
     for task in &set.tasks {
         let timing = Timing::new(Duration::from_nanos(task.deadline_ns));
         let timing = task.period_ns.map_or(timing, |period| timing.every(Duration::from_nanos(period)));
-        let timing = if task.is_kept { timing.floor(1, 1) } else { timing };
         tasks.push(scheduler.add_task(&dag(task.versions.first()?)?, timing).ok()?);
     }
     let releases = releases(rng, set);
@@ -227,8 +223,9 @@ fn put_to_the_test(rng: &mut Rng, set: &Set, certificate: &Certificate, worlds: 
             let Some(bound) = proof.response_ns else { continue };
             score.exact += u64::from(*longest == bound);
             score.above += u64::from(*longest > bound);
-            // Jobs of other tasks may be given up for one that has no proof.
-            if certificate.is_analytic() || task.is_kept {
+            // Jobs may be given up for a task that has no proof and needs the same lanes.
+            let theirs = certificate.clusters.iter().filter(|cluster| cluster.tasks.contains(&task.name));
+            if theirs.into_iter().all(|cluster| cluster.guarantee == Guarantee::Analytic) {
                 score.missed += missed;
             }
         }

@@ -32,7 +32,6 @@ pub(super) fn set<C: Capacity>(
             name: task.name.clone(),
             deadline_ns: task.deadline_ns,
             period_ns: period_ns(task),
-            is_kept: task.floor.is_some_and(|(m, k)| m == k),
             waits: false,
             frames: Vec::new(),
             versions: graphs,
