@@ -198,7 +198,8 @@ impl Host {
                 assert!(self.released.insert(job), "{job:?} was another job's name");
                 assert!(due.is_some());
             }
-            Err(ReleaseError::Full) => assert_eq!(self.released.len() - self.ended.len(), 3),
+            // Beside the table there is room for one outcome of a job whose place was taken.
+            Err(ReleaseError::Full) => assert!(matches!(self.released.len() - self.ended.len(), 3 | 4)),
             Err(error) => assert!(error == ReleaseError::Overflow && due.is_none(), "{error}"),
         }
     }

@@ -111,7 +111,12 @@ fn a_node_is_known_as_long_as_a_job_has_it() {
 fn a_job_takes_over_nothing_of_one_that_was_suspended_in_its_place() {
     let config = Config { preempt: true, late: Late::AbortJob, ..Config::REDRT.with_lanes(1) };
     let mut scheduler = Scheduler::<Small>::new(config);
-    let (long, short) = (task(&mut scheduler, &[10], 15), task(&mut scheduler, &[9], 10));
+    let mut dag = Dag::new();
+    let whole = Duration::from_millis(10);
+    dag.add_node(Node::new(Wcet::from_millis(10)).best_case(whole)).unwrap();
+    let long = scheduler.add_task(&dag, Timing::new(Duration::from_millis(15))).unwrap();
+    let short = Timing::new(Duration::from_millis(10)).value(2);
+    let short = scheduler.add_task(&chain(&[9]), short).unwrap();
     let first: JobId = scheduler.release(long, at_ms(0)).unwrap();
     assert!(start(&mut scheduler, at_ms(0)).is_some());
     // The long job has run for a millisecond when it loses its lane, and cannot make it afterwards.

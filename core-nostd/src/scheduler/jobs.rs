@@ -40,9 +40,7 @@ crate::capacity::stored! {
         pub(super) index: u64,
         /// The capture it reads, by number.
         pub(super) capture: u64,
-        /// Before this instant it is not lost for certain.
-        pub(super) safe_before: Instant,
-        /// When it ended.
+        /// In flight: it is not lost for certain before. Ended: when it did.
         pub(super) at: Instant,
         /// By rank: predecessors that are not done.
         pub(super) waiting_for: C::Nodes<u8>,
@@ -68,14 +66,14 @@ impl<C: Capacity> Job<C> {
     /// copied.
     #[inline(always)]
     pub(super) fn begin(&mut self, new: &Release, version: &Version<C>) {
-        *self = Job::EMPTY;
+        *self = Self::EMPTY;
         (self.task, self.index, self.version) = (new.task, new.index, new.version);
         self.left = version.len.into();
         (self.release, self.deadline) = (new.release, new.deadline);
         (self.capture, self.source) = (new.capture, new.source);
         self.key = new.release.as_nanos().cast_signed();
         let latest = self.key.saturating_add(version.slack);
-        self.safe_before = Instant::from_nanos(latest.saturating_add(1).max(0).cast_unsigned());
+        self.at = Instant::from_nanos(latest.saturating_add(1).max(0).cast_unsigned());
         (self.ready, self.waiting_for) = (version.sources, version.indegree);
     }
 

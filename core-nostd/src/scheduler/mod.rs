@@ -50,6 +50,7 @@ pub(crate) mod release;
 mod standing;
 pub(crate) mod status;
 pub(crate) mod tasks;
+mod ticks;
 pub(crate) mod units;
 mod urgency;
 mod version;

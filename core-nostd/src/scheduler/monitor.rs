@@ -1,12 +1,8 @@
-//! The clock's side of giving jobs up: when jobs may have become lost, and the paper's overload ticks.
+//! The clock's side of giving jobs up: when jobs may have become lost or late.
 //!
 //! Looking at every job at every event would cost O(jobs * (nodes + edges)) each time. A job is not lost before
-//! `safe_before`, its deadline less the least time in which it can end, and the forward schedule does not get worse
+//! the instant `at`, its deadline less the least time in which it can end, and the forward schedule does not get worse
 //! but by what is released, lost or outruns its estimate. `alarm` is never after the first of these instants.
-//!
-//! *Ticks of the paper's rule on a real clock.* They are at multiples of the tick. One at which `poll` is called sees
-//! what all events of the instant left. Those that lie between two calls saw what the first of these left: lanes as
-//! busy as since then, queues as long. The next call counts them all.
 
 use super::{Scheduler, action::ShedReason, bits, outlook::Case};
 use crate::capacity::Capacity;
@@ -30,103 +26,11 @@ crate::capacity::stored! {
         /// Consecutive ticks with overload.
         pub(super) over: u32,
         /// Whether the tick at the start of the window was counted.
-        counted: bool,
+        pub(super) counted: bool,
     }
 }
 
 impl<C: Capacity> Scheduler<C> {
-    /// First event of a new tick, or a step back of the clock.
-    #[cold]
-    pub(super) fn enter_tick(&mut self, now: Instant) -> Instant {
-        if now < self.now {
-            self.counters.clock_steps_back += 1;
-            return self.now;
-        }
-        let tick = self.tick().as_nanos();
-        let start = Instant::from_nanos(now.as_nanos() / tick * tick);
-        if self.config.shed == Shed::LowestUrgency {
-            self.pass_ticks(start, start == now);
-        }
-        (self.window, self.now) = (start, now);
-        now
-    }
-
-    /// Counts the ticks up to `last` that nobody looked at, but not `last` itself if it begins now. Time bound:
-    /// O(pools * jobs), however many there are.
-    fn pass_ticks(&mut self, last: Instant, begins_now: bool) {
-        if !self.monitor.counted {
-            self.count_ticks(1);
-        }
-        let tick = self.tick().as_nanos();
-        let ticks = (last.as_nanos() - self.window.as_nanos()) / tick;
-        // The first that ended since, whose beginning something may have happened in; the others were alike.
-        self.take_use(Instant::from_nanos(self.window.as_nanos() + tick));
-        if ticks > 1 {
-            self.count_ticks(1);
-            self.take_use(Instant::from_nanos(last.as_nanos() - tick));
-            self.take_use(last);
-            self.count_ticks(ticks - 2);
-        }
-        self.monitor.counted = false;
-        if !begins_now {
-            self.count_ticks(1);
-        }
-    }
-
-    /// Takes the lane time of the tick that ended at `start`, the first instant at which it is asked for.
-    fn take_use(&mut self, start: Instant) {
-        for pool in self.pool_numbers() {
-            let mark = self.busy_until(pool, start);
-            self.pools[pool].tick_busy = mark.wrapping_sub(self.pools[pool].mark);
-            self.pools[pool].mark = mark;
-        }
-    }
-
-    /// Counts ticks that see what is now.
-    fn count_ticks(&mut self, ticks: u64) {
-        if ticks == 0 {
-            return;
-        }
-        let (overload, tick) = (self.config.overload, self.tick());
-        let exceeded = self.pool_numbers().any(|pool| {
-            let (p, queued) = (&self.pools[pool], self.queued_in(pool));
-            let (busy, lanes) = (Duration::from_nanos(p.tick_busy), p.lanes.count_ones() as u8);
-            p.observed > overload.utilisation || overload.exceeded(queued, busy, tick, lanes)
-        });
-        let ticks = u32::try_from(ticks).unwrap_or(u32::MAX);
-        self.monitor.over = if exceeded { self.monitor.over.saturating_add(ticks) } else { 0 };
-        self.monitor.counted = true;
-    }
-
-    /// Lane time of a pool used up to `instant`, which is not before the last event.
-    fn busy_until(&self, pool: usize, instant: Instant) -> u64 {
-        let lanes = bits(self.pools[pool].lanes.into()).map(|l| &self.lanes[l]);
-        let running = lanes.filter(|l| l.is_busy()).map(|l| instant.since(l.started).as_nanos());
-        running.fold(self.pools[pool].busy, u64::wrapping_add)
-    }
-
-    fn tick(&self) -> Duration {
-        self.config.overload.tick.max(NEXT)
-    }
-
-    /// The tick that `poll` must not miss: this one, if it begins now and was not counted, or the next. None under
-    /// other rules.
-    fn next_tick(&self) -> Instant {
-        match self.config.shed {
-            Shed::LowestUrgency if !self.monitor.counted => self.window,
-            Shed::LowestUrgency => self.window.saturating_add(self.tick()),
-            Shed::Never | Shed::Hopeless => Instant::MAX,
-        }
-    }
-
-    /// The next tick while there is a job, or a lane was busy since the last.
-    fn tick_at(&self) -> Instant {
-        let used = |pool: usize| self.busy_until(pool, self.now) != self.pools[pool].mark;
-        let matters = self.config.shed == Shed::LowestUrgency
-            && (self.in_flight != 0 || self.running_units() > 0 || self.pool_numbers().any(used));
-        if matters { self.next_tick() } else { Instant::MAX }
-    }
-
     /// When `poll` has to decide even if nothing happens; any other call may change it. Time bound: O(jobs + lanes).
     #[must_use]
     pub fn poll_at(&self) -> Option<Instant> {
@@ -148,7 +52,7 @@ impl<C: Capacity> Scheduler<C> {
     /// Lanes or results went: the next `poll` looks at every job again, before anything else starts.
     pub(super) fn worsened(&mut self) {
         if self.config.shed == Shed::Hopeless {
-            self.slots().for_each(|slot| self.jobs[slot].safe_before = Instant::ZERO);
+            self.slots().for_each(|slot| self.jobs[slot].at = Instant::ZERO);
             (self.monitor.worse, self.alarm) = (Instant::ZERO, Instant::ZERO);
         }
     }
@@ -212,7 +116,7 @@ impl<C: Capacity> Scheduler<C> {
         }
         self.alarm = self.next_tick().min(self.late_at()).min(self.monitor.wake);
         if ours && self.in_flight != 0 {
-            let safe = self.slots().map(|slot| self.jobs[slot].safe_before).min().unwrap_or(Instant::MAX);
+            let safe = self.slots().map(|slot| self.jobs[slot].at).min().unwrap_or(Instant::MAX);
             // What starts from now on has outrun nothing before that.
             let spare = Duration::from_nanos(self.monitor.laxity).saturating_add(NEXT);
             let outrun = self.outrun_at().min(self.now.saturating_add(spare));
@@ -225,7 +129,7 @@ impl<C: Capacity> Scheduler<C> {
         let mut doomed = 0;
         for slot in self.slots() {
             let job = &self.jobs[slot];
-            if self.now < job.safe_before {
+            if self.now < job.at {
                 continue;
             }
             let latest_by = |case| {
@@ -234,20 +138,8 @@ impl<C: Capacity> Scheduler<C> {
             };
             let latest = latest_by(Case::Worst).or_else(|| latest_by(Case::Best));
             doomed |= u64::from(latest.is_none()) << slot;
-            self.jobs[slot].safe_before = latest.unwrap_or(self.now).saturating_add(NEXT);
+            self.jobs[slot].at = latest.unwrap_or(self.now).saturating_add(NEXT);
         }
         doomed
-    }
-
-    /// Counts the tick whose instant events came at, once; whether shedding is due.
-    fn tick_fires(&mut self) -> bool {
-        if self.config.shed != Shed::LowestUrgency {
-            return false;
-        }
-        if !self.monitor.counted {
-            self.count_ticks(1);
-        }
-        self.age_keys();
-        self.monitor.over >= u32::from(self.config.overload.ticks)
     }
 }

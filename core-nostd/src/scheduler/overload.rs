@@ -108,7 +108,7 @@ impl<C: Capacity> Scheduler<C> {
             }
             let version = self.version(slot);
             self.pool_numbers().for_each(|pool| work[pool] = work[pool].saturating_add(version.work[pool]));
-            path = path.max(version.path);
+            path = path.max(version.least(self.tasks[task].timing.deadline));
             encoders += version.encoders.len();
             due = due.min(self.jobs[slot].deadline);
         }

@@ -195,19 +195,9 @@ impl<C: Capacity> Scheduler<C> {
             let pool = &mut self.pools[usize::from(self.lanes[l].pool)];
             pool.free &= !(1 << l);
             pool.lanes &= !(1 << l);
-            self.measure_all();
+            self.worsened();
         }
         idle
-    }
-
-    /// The number of lanes changed: what jobs can do with them is looked at again.
-    fn measure_all(&mut self) {
-        let lanes = self.lanes_by_pool();
-        for task in self.tasks.as_mut() {
-            let due = task.timing.deadline;
-            task.versions.iter_mut().for_each(|version| version.measure(due, lanes.as_ref()));
-        }
-        self.worsened();
     }
 
     /// Puts a retired lane back; `false` if it was not retired.
@@ -221,9 +211,6 @@ impl<C: Capacity> Scheduler<C> {
         pool.lanes |= 1 << l;
         pool.free |= u32::from(retired) << l;
         self.active |= u32::from(retired) << self.lanes[l].pool;
-        if retired {
-            self.measure_all();
-        }
         retired
     }
 

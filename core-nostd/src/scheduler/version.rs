@@ -25,8 +25,7 @@ crate::capacity::stored! {
         pub(super) pool_mask: u32,
         /// What a job has left at its release: D less the least time in which it can end at WCET.
         pub(super) slack: i64,
-        /// Critical path and work by pool at WCET, in nanoseconds.
-        pub(super) path: u64,
+        /// Work by pool at WCET, in nanoseconds.
         pub(super) work: C::Pools<u64>,
         pub(super) sources: NodeSet<C>,
         pub(super) encoders: NodeSet<C>,
@@ -51,7 +50,7 @@ impl<C: Capacity> Version<C> {
         // What is stored by rank is overwritten below, as far as anybody looks; the sets are filled.
         (new.sources, new.encoders, new.decoders) = (NodeSet::EMPTY, NodeSet::EMPTY, NodeSet::EMPTY);
         (new.in_pool, new.pool_mask, new.users) = (Empty::EMPTY, 0, 0);
-        (new.path, new.work) = (levels.critical_path(), Empty::EMPTY);
+        new.work = Empty::EMPTY;
         let assigned = SubDeadlines::assign(levels, config.rule, due, lanes);
         let sorted = Self::sorted(levels, |node| if config.residual() { 0 } else { assigned.key[node] });
         let len = dag.len();
@@ -85,14 +84,14 @@ impl<C: Capacity> Version<C> {
         for (i, node) in levels.places().enumerate() {
             new.topological[i] = rank_of[node];
         }
-        new.measure(due, lanes);
+        let share = |pool: usize| new.work[pool].div_ceil(lanes[pool].max(1).into());
+        let least = (0..C::POOLS).map(share).fold(levels.critical_path(), u64::max);
+        new.slack = due.as_nanos().cast_signed().saturating_sub_unsigned(least);
     }
 
-    /// Takes the least time in which a job can end for lanes that were lost or came back.
-    pub(super) fn measure(&mut self, due: Duration, lanes: &[u8]) {
-        let share = |pool: usize| self.work[pool].div_ceil(lanes[pool].max(1).into());
-        let least = (0..C::POOLS).map(share).fold(self.path, u64::max);
-        self.slack = due.as_nanos().cast_signed().saturating_sub_unsigned(least);
+    /// The least time in which a job can end on all lanes, at WCET, in nanoseconds.
+    pub(super) fn least(&self, due: Duration) -> u64 {
+        due.as_nanos().cast_signed().abs_diff(self.slack)
     }
 
     /// Nodes by (key, node id); the node id is in the low 8 bits. Merges runs of 1, 2, 4, ... nodes in pairs: the

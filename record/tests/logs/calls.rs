@@ -325,7 +325,7 @@ fn a_run_whose_units_were_dispatched_ahead_is_replayed_without_a_difference() {
 
 /// Lanes that get more than they can do from three tasks, of which one is worth more and one has a floor.
 fn overloaded(host: &mut Recorder<'_, Small>) {
-    let timings = [due(30), due(30).value(9), due(30).floor(3, 4)];
+    let timings = [due(30), due(30).value(9), due(30).floor(1, 1)];
     let tasks = timings.map(|timing| host.add_task(&one(ms(8)), timing).expect("room"));
     let (mut running, mut shed) = (Vec::new(), [0; 3]);
     for now in 0..600 {
@@ -347,7 +347,7 @@ fn overloaded(host: &mut Recorder<'_, Small>) {
     }
     host.end(at(600));
     let [plain, worth, kept] = shed;
-    assert!(plain > kept && kept > worth, "{shed:?}");
+    assert!(plain > kept + worth, "{shed:?}");
 }
 
 #[test]

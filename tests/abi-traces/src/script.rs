@@ -138,8 +138,8 @@ impl Script {
 fn vary(config: Config, rng: &mut Rng) -> Config {
     let mut new = config;
     for _ in 0..if rng.chance(40) { rng.within(1, 4) } else { 0 } {
-        match rng.within(0, 10) {
-            0 => new.rule = RULES[rng.index(RULES.len())],
+        match rng.within(0, 12) {
+            0 | 11 => new.rule = RULES[rng.index(RULES.len())],
             1 => new.gate = [Gate::Precedence, Gate::Level][rng.index(2)],
             2 => new.reassign = [Reassign::Never, Reassign::OnDispatch, Reassign::OnChange][rng.index(3)],
             3 => new.merge_skew = rng.chance(50).then(|| Duration::from_micros(rng.within(0, 5_000))),
@@ -148,6 +148,8 @@ fn vary(config: Config, rng: &mut Rng) -> Config {
             6 => new.late = [Late::Continue, Late::AbortJob][rng.index(2)],
             7 => new.best_case = [BestCase::Observed, BestCase::Declared][rng.index(2)],
             8 => new.admission = [Admission::Report, Admission::Enforce][rng.index(2)],
+            // Just enough for an encoder and a decoder.
+            12 => new.memory = Some(Bytes(40 << 20)),
             9 => new.overload.utilisation.0 = rng.within(100_000, 1_000_000) as u32,
             _ => (new.overload.queue, new.overload.ticks) = (rng.within(0, 8) as u16, rng.within(0, 4) as u8),
         }

@@ -220,7 +220,7 @@ fn replaced(dag: &Dag<Board>, place: NodeId, by: Node) -> Dag<Board> {
 pub fn plain(common: &Common, rng: &mut Rng) -> Node {
     let wcet = cost(rng);
     let best = Duration::from_nanos(wcet.as_nanos() / 2);
-    let memory = if rng.chance(40) { 0 } else { rng.within(1, LARGEST_FOOTPRINT) };
+    let memory = if rng.chance(20) { 0 } else { rng.within(LARGEST_FOOTPRINT / 3, LARGEST_FOOTPRINT) };
     let node = Node::new(wcet)
         .best_case(best)
         .memory(Bytes(memory))

@@ -1,0 +1,240 @@
+//! A forward schedule on its way: lanes and jobs as they are taken up, filled and freed.
+
+use super::Forward;
+use super::stop::Stopped;
+use crate::capacity::{Capacity, Empty};
+use crate::graph::NodeSet;
+use crate::policy::frame_cache::OutputState;
+use crate::scheduler::{Scheduler, bits, outlook::Case};
+
+crate::capacity::stored! {
+    /// A job on its way.
+    #[derive(Clone, Copy, Debug)]
+    pub(super) struct Going<C: Capacity> {
+        pub(super) ready: NodeSet<C>,
+        /// Started or done.
+        pub(super) gone: NodeSet<C>,
+        /// Encoders whose result is being computed, and those whose result is there.
+        pub(super) held: NodeSet<C>,
+        pub(super) served: NodeSet<C>,
+        waiting_for: C::Nodes<u8>,
+        left: u32,
+    }
+}
+
+crate::capacity::stored! {
+    /// What a lane is taken by.
+    #[derive(Clone, Copy, Debug)]
+    pub(super) struct Taken {
+        pub(super) end: u64,
+        pub(super) slot: u8,
+        pub(super) rank: u8,
+        /// Whether it started in the forward schedule; else it is the scheduler's own unit.
+        pub(super) is_new: bool,
+    }
+}
+
+/// A forward schedule on its way.
+pub(super) struct Course<'a, C: Capacity> {
+    pub(super) scheduler: &'a Scheduler<C>,
+    pub(super) now: u64,
+    pub(super) group: u64,
+    pub(super) jobs: C::Jobs<Going<C>>,
+    /// By pool and job: key of the first ready node, the largest where nothing is ready.
+    pub(super) heads: C::Pools<C::Jobs<i64>>,
+    pub(super) lanes: C::Lanes<Taken>,
+    pub(super) busy: u32,
+    pub(super) stopped: C::Lanes<Stopped>,
+    /// Whether encoders of different jobs may share a result.
+    pub(super) shares: bool,
+    forward: Forward<C>,
+}
+
+const NOTHING: i64 = i64::MAX;
+
+impl<'a, C: Capacity> Course<'a, C> {
+    /// At its beginning, with nobody's end known.
+    pub(super) fn new(scheduler: &'a Scheduler<C>, group: u64, forward: Forward<C>) -> Self {
+        let has_encoders = |slot: usize| !scheduler.version(slot).encoders.is_empty();
+        let mut new = Self {
+            scheduler,
+            now: scheduler.now.as_nanos(),
+            group,
+            jobs: Empty::EMPTY,
+            heads: Empty::EMPTY,
+            lanes: Empty::EMPTY,
+            busy: 0,
+            stopped: Empty::EMPTY,
+            shares: scheduler.config.frame_cache && bits(group).any(has_encoders),
+            forward,
+        };
+        new.set_out();
+        new
+    }
+
+    /// Until nothing runs any more.
+    pub(super) fn run(mut self) -> Forward<C> {
+        // Each round ends a unit: at most as many rounds as nodes, lanes and losses of a lane.
+        loop {
+            self.scheduler.pool_numbers().for_each(|pool| self.fill(pool));
+            let Some(next) = bits(self.busy.into()).map(|lane| self.lanes[lane].end).min() else { break };
+            self.now = next;
+            for lane in bits(self.busy.into()) {
+                if self.lanes[lane].end == next {
+                    self.finish(lane);
+                }
+            }
+        }
+        self.forward.judged(self.scheduler, self.group)
+    }
+
+    /// Takes everything up as it is now.
+    fn set_out(&mut self) {
+        let s = self.scheduler;
+        for slot in bits(self.group) {
+            s.pool_numbers().for_each(|pool| self.heads[pool][slot] = NOTHING);
+            let (job, going) = (&s.jobs[slot], &mut self.jobs[slot]);
+            (going.ready, going.gone) = (job.ready, job.done);
+            going.ready.extend(&job.parked);
+            going.gone.extend(&job.running);
+            (going.waiting_for, going.left) = (job.waiting_for, job.left);
+            (self.forward.first[slot], self.forward.end[slot]) = (u64::MAX, u64::MAX);
+            if self.shares {
+                for encoder in s.version(slot).encoders.without(&going.gone).iter() {
+                    match s.output_of(job, encoder) {
+                        Some((_, OutputState::Kept)) => going.served.insert(encoder),
+                        Some(_) => going.held.insert(encoder),
+                        None => {}
+                    }
+                }
+            }
+        }
+        for lane in (0..s.lanes()).filter(|lane| s.lanes[*lane].is_busy()) {
+            self.lanes[lane] = Taken { end: self.now.saturating_add(s.left_on(lane)), ..Taken::EMPTY };
+            self.busy |= 1 << lane;
+        }
+        for slot in bits(self.group) {
+            self.serve(slot);
+        }
+    }
+
+    /// Fills the free lanes of a pool in order of dispatch; with preemption, takes lanes from larger keys too.
+    fn fill(&mut self, pool: usize) {
+        while let Some(slot) = self.first_in(pool) {
+            let free = self.scheduler.pools[pool].lanes & !self.busy;
+            if free == 0 && !(self.scheduler.config.preempt && self.stop_one(pool, slot)) {
+                return;
+            }
+            let free = self.scheduler.pools[pool].lanes & !self.busy;
+            self.start(pool, slot, free.trailing_zeros() as usize);
+        }
+    }
+
+    /// The job whose head is first in a pool.
+    fn first_in(&self, pool: usize) -> Option<usize> {
+        let heads = &self.heads[pool];
+        let tie = |slot: usize| {
+            let job = &self.scheduler.jobs[slot];
+            (job.release, job.task.index(), job.index)
+        };
+        let mut first: Option<usize> = None;
+        for slot in bits(self.group) {
+            let key = heads[slot];
+            let is_first = match first {
+                _ if key == NOTHING => false,
+                Some(least) => key < heads[least] || key == heads[least] && tie(slot) < tie(least),
+                None => true,
+            };
+            first = if is_first { Some(slot) } else { first };
+        }
+        first
+    }
+
+    pub(super) fn head_of(&self, pool: usize, slot: usize) -> Option<usize> {
+        self.jobs[slot].ready.first_in(&self.scheduler.version(slot).in_pool[pool])
+    }
+
+    /// Brings the heads of a job up to date after its ready set changed.
+    pub(super) fn requeue(&mut self, slot: usize) {
+        let (s, version) = (self.scheduler, self.scheduler.version(slot));
+        for pool in bits(version.pool_mask.into()) {
+            let key = |rank| s.jobs[slot].key_of(version, rank, s.residual).min(NOTHING - 1);
+            self.heads[pool][slot] = self.head_of(pool, slot).map_or(NOTHING, key);
+        }
+    }
+
+    /// Starts the head of a job on a free lane.
+    fn start(&mut self, pool: usize, slot: usize, lane: usize) {
+        let Some(rank) = self.head_of(pool, slot) else { return };
+        let s = self.scheduler;
+        let place = self
+            .stopped
+            .as_ref()
+            .iter()
+            .position(|x| usize::from(x.slot) == slot + 1 && usize::from(x.rank) == rank);
+        let left = match place {
+            Some(place) => core::mem::replace(&mut self.stopped[place], Stopped::EMPTY).left,
+            None => s.left_of(&s.jobs[slot], slot, rank, Case::Expected),
+        };
+        let going = &mut self.jobs[slot];
+        going.ready.remove(rank);
+        going.gone.insert(rank);
+        let end = self.now.saturating_add(left);
+        self.lanes[lane] = Taken { end, slot: slot as u8, rank: rank as u8, is_new: true };
+        self.busy |= 1 << lane;
+        self.forward.first[slot] = self.forward.first[slot].min(self.now);
+        self.forward.pools[slot] |= 1 << pool;
+        if self.shares
+            && let Some(key) = s.frame_key(&s.jobs[slot], rank)
+        {
+            self.each_of(key, |going, encoder| {
+                going.held.insert(encoder);
+                going.ready.remove(encoder);
+            });
+        }
+        self.requeue(slot);
+    }
+
+    /// The unit on a lane ends.
+    fn finish(&mut self, lane: usize) {
+        let (s, taken) = (self.scheduler, self.lanes[lane]);
+        self.busy &= !(1 << lane);
+        let key = if taken.is_new {
+            let (slot, rank) = (usize::from(taken.slot), usize::from(taken.rank));
+            self.settle(slot, rank);
+            self.serve(slot);
+            s.frame_key(&s.jobs[slot], rank)
+        } else {
+            let l = &s.lanes[lane];
+            for slot in bits(l.members & self.group) {
+                s.ranks_on(slot, lane).for_each(|rank| self.settle(slot, rank));
+                self.serve(slot);
+            }
+            let written = usize::from(l.output).checked_sub(1).filter(|_| l.is_encoder);
+            written.map(|place| s.outputs[place].key())
+        };
+        if self.shares
+            && let Some(key) = key
+        {
+            self.each_of(key, |going, encoder| {
+                going.held.remove(encoder);
+                going.served.insert(encoder);
+                going.ready.insert_if(encoder, going.waiting_for[encoder] == 0);
+            });
+            bits(self.group).for_each(|slot| self.serve(slot));
+        }
+    }
+
+    /// A sub-job is done: its successors may become ready, its job may end.
+    pub(super) fn settle(&mut self, slot: usize, rank: usize) {
+        let going = &mut self.jobs[slot];
+        going.left = going.left.saturating_sub(1);
+        if going.left == 0 {
+            self.forward.end[slot] = self.now;
+        }
+        self.scheduler.version(slot).successors[rank].each(|s| {
+            going.waiting_for[s] = going.waiting_for[s].saturating_sub(1);
+            going.ready.insert_if(s, going.waiting_for[s] == 0 && !going.gone.contains(s));
+        });
+    }
+}
