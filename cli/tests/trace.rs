@@ -125,7 +125,8 @@ fn sub_deadlines_misses_sheds_and_edits_are_there() {
         }
         let names: Vec<&str> = events.iter().filter_map(|event| event["name"].as_str()).collect();
         let has = |start: &str| names.iter().any(|name| name.starts_with(start));
-        assert!(has("sub-deadline missed: "), "{policy}");
+        // Ours gives those up that would be late.
+        assert!(has("sub-deadline missed: ") || *policy == "redrt", "{policy}");
         assert!(has("+detect") && has("-detect") && has("as in the file"), "{policy}");
         assert!(has(if *policy == "edf" { "deadline missed" } else { "shed: " }), "{policy}");
         assert_eq!(has("hit: again.encoder"), *policy == "redrt");

@@ -63,7 +63,7 @@ impl<C: Capacity> Scheduler<C> {
             after.saturating_add(left)
         });
         let lanes = |pool: &usize| self.pools[*pool].lanes.count_ones();
-        let share = |pool: usize| work[pool].div_ceil(lanes(&pool).into());
+        let share = |pool: usize| work[pool].div_ceil(lanes(&pool).max(1).into());
         self.pool_numbers().filter(|pool| lanes(pool) > 0).map(share).fold(longest, u64::max)
     }
 

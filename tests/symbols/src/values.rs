@@ -23,8 +23,8 @@ mod entry {
         fn ReadyQueue_rekey(queue: &mut Queue, slot: usize, key: u64) -> bool { queue.rekey(slot, key) }
         fn ReadyQueue_remove(queue: &mut Queue, slot: usize) -> Option<u64> { queue.remove(slot) }
         fn Floor_new(m: u32, k: u32) -> Floor { Floor::new(m, k) }
-        fn Floor_permits(floor: &Floor, index: u64) -> bool { floor.permits(index) }
-        fn Floor_dropped(floor: &mut Floor, index: u64) { floor.dropped(index) }
+        fn Floor_spares(floor: &Floor, index: u64) -> bool { floor.spares(index) }
+        fn Floor_ended(floor: &mut Floor, index: u64, is_lost: bool) { floor.ended(index, is_lost) }
         fn Estimator_new(node: &Node) -> Estimator { Estimator::new(node) }
         fn Estimator_push(window: &mut Estimator, executed: Duration) { window.push(executed) }
         fn Estimator_mean(window: &Estimator) -> Option<CostEstimate> { window.mean() }
