@@ -43,7 +43,7 @@ impl<C: Capacity> Scheduler<C> {
             cold_path();
             self.monitor_and_shed();
         }
-        if self.ended != 0 || self.displaced.is_some() {
+        if self.ended != 0 || self.displaced.shed.is_some() {
             cold_path();
             return answer(self.take_outcome().map(Action::Ended));
         }

@@ -191,19 +191,20 @@ impl<C: Capacity> Scheduler<C> {
     /// Takes the outcome of one ended job; its place can be used again. `poll` hands outcomes out as well: take
     /// them here before releasing into a full table.
     pub fn take_outcome(&mut self) -> Option<Outcome> {
-        if let Some(outcome) = self.displaced.take() {
-            return Some(outcome);
+        if self.displaced.shed.is_some() {
+            cold_path();
+            return Some(core::mem::replace(&mut self.displaced, Outcome::EMPTY));
         }
-        self.outcome_of(bits(self.ended).next()?)
+        Some(self.outcome_of(bits(self.ended).next()?))
     }
 
     /// Takes the outcome of an ended job out of its slot.
-    pub(super) fn outcome_of(&mut self, slot: usize) -> Option<Outcome> {
+    pub(super) fn outcome_of(&mut self, slot: usize) -> Outcome {
         self.ended &= !(1 << slot);
         let job = &mut self.jobs[slot];
         let id = JobId::new(slot, job.generation);
         job.generation = job.generation.wrapping_add(1);
         let Job { task, index, release, deadline, at, shed, .. } = *job;
-        Some(Outcome { job: id, task, index, release, deadline, at, shed })
+        Outcome { job: id, task, index, release, deadline, at, shed }
     }
 }

@@ -141,8 +141,8 @@ crate::capacity::stored! {
         outputs: C::Nodes<Output>,
         beside: C::Lanes<Beside>,
         sensors: C::Nodes<Duration>,
-        /// How a job ended whose place another took, until that is taken.
-        displaced: Option<Outcome>,
+        /// How a job ended whose place another took, until that is taken. It was given up; one that was not is nobody.
+        displaced: Outcome,
         monitor: Monitor,
         counters: Counters,
         record: Record<C>,

@@ -94,7 +94,7 @@ impl<C: Capacity> Scheduler<C> {
         let mut job = Job::EMPTY;
         job.begin(new, self.tasks[task].newest());
         // Of an outcome that was not taken nothing may be forgotten.
-        let may_take = self.config.shed == Shed::Hopeless && self.displaced.is_none();
+        let may_take = self.config.shed == Shed::Hopeless && self.displaced.shed.is_none();
         let least = if may_take { self.least() } else { None };
         let is_below = |least: &(usize, Rank)| least.1 < self.rank(&job, C::JOBS, self.floor_of(&job));
         let Some((least, _)) = least.filter(is_below) else {

@@ -100,7 +100,7 @@ static void failures(void) {
 
 static void limits(void) {
     red_scheduler scheduler = open_small(&memory, 2);
-    const uint32_t task = add_simple_task(&scheduler, 50 * MS);
+    const uint32_t task = add_simple_task(&scheduler, 100 * MS);
     const uint64_t end = UINT64_C(1) << 63;
     uint32_t job = 0;
     CALL(RED_STATUS_TIME_OVERFLOW, red_scheduler_release_at, &scheduler, task, end, RED_NONE_64, 0, &job);

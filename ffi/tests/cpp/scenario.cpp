@@ -89,8 +89,8 @@ void sharing() {
     CHECK(scheduler->figures()->encoder_runs_saved() == 3);
 }
 
-/// More load than a lane takes, 1.25 times: the task of the lower value loses jobs, but not two in a row. At 100 ms
-/// job 4 of the other one would be late by its worst case: what has not started goes, except what the floor keeps.
+/// More load than a lane takes, 1.25 times: the task of the lower value loses jobs, but not two in a row, as soon as a
+/// release makes one of the other late. That one loses none.
 void overload() {
     auto scheduler = red::Scheduler::open(
         memory, red::Config::redrt().best_case(red::BestCase::Declared).overload_ticks(1));
@@ -118,12 +118,14 @@ void overload() {
         "50 -1.1 h0.2/0\n"
         "60 -0.2 l1.2/0\n"
         "75 -1.2 h0.3/0\n"
-        "85 -0.3 l1.3/0\n"
-        "100 -0.4 overload -0.5 overload -1.3 -1.5 overload l1.4/0\n"
-        "115 -1.4\n"
-        "120 h0.6/0\n"
-        "130 -0.6 l1.6/0\n"
-        "145 -1.6 h0.7/0\n"
+        "80 -1.3 overload\n"
+        "85 -0.3 h0.4/0\n"
+        "95 -0.4 l1.4/0\n"
+        "110 -1.4 h0.5/0\n"
+        "120 -0.5 l1.5/0\n"
+        "135 -1.5 h0.6/0\n"
+        "140 -1.6 overload\n"
+        "145 -0.6 h0.7/0\n"
         "155 -0.7 l1.7/0\n"
         "170 -1.7 h0.8/0\n"
         "180 -0.8 l1.8/0\n"
