@@ -9,7 +9,7 @@ pub(crate) mod models;
 mod page;
 pub(crate) mod scene;
 
-use crate::given_up::{GivenUp, legend};
+use crate::given_up::{legend, list};
 use crate::happened;
 use crate::options;
 use crate::outcome::{Answer, Failure};
@@ -140,8 +140,9 @@ fn text(sessions: &[Session], files: &[String]) -> String {
     row("on time", &|run| sum(run, |t| t.on_time).to_string());
     row("missed", &|run| sum(run, |t| t.missed).to_string());
     row("  of them given up (shed)", &|run| sum(run, |t| t.shed).to_string());
-    let given_up = |run: &RunSummary| run.given_up.first().map(GivenUp::to_string).unwrap_or_default();
-    if runs.iter().any(|run| run.given_up.iter().any(|task| !task.is_empty())) {
+    let given_up =
+        |run: &RunSummary| run.report.tasks.first().map(|task| list(&task.given_up)).unwrap_or_default();
+    if runs.iter().any(|run| sum(run, |t| t.shed) > 0) {
         row("  why", &given_up);
     }
     row("response time, median", &|run| time(response(run).p50));
@@ -155,8 +156,10 @@ fn text(sessions: &[Session], files: &[String]) -> String {
     row("allocations while running", &|run| run.allocations.to_string());
     row("page faults while running", &|run| run.page_faults.to_string());
     row("lanes", &|run| if run.realtime { "real time" } else { "BEST EFFORT" }.to_owned());
-    let reasons: String =
-        legend(runs.iter().flat_map(|run| &run.given_up)).iter().map(|line| format!("\n{line}")).collect();
+    let reasons: String = legend(runs.iter().flat_map(|run| &run.report.tasks).map(|task| &task.given_up))
+        .iter()
+        .map(|line| format!("\n{line}"))
+        .collect();
     format!(
         "{table}{reasons}\n\n{}\nOpen a trace in ui.perfetto.dev: lanes are rows, arrows are edges of the graph.",
         files.join("\n")

@@ -2,8 +2,8 @@
 
 use crate::session::Robot;
 use red_core::{Capacity, ShedReason};
+use red_workload::metrics::TaskMetrics;
 use std::collections::BTreeMap;
-use std::fmt;
 
 /// Reasons in the order in which they are told.
 const ORDER: [ShedReason; 7] = [
@@ -33,52 +33,33 @@ const fn words(reason: ShedReason) -> &'static str {
 const _: () = assert!(Robot::JOBS == 64 && red_sim::Lab::JOBS == 64);
 
 /// Jobs that were given up, by the name of the reason.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub(crate) struct GivenUp(BTreeMap<&'static str, u64>);
+type Counts = BTreeMap<&'static str, u64>;
 
-impl FromIterator<&'static str> for GivenUp {
-    fn from_iter<I: IntoIterator<Item = &'static str>>(reasons: I) -> Self {
-        let mut counts = BTreeMap::new();
-        reasons.into_iter().for_each(|reason| *counts.entry(reason).or_default() += 1);
-        Self(counts)
-    }
-}
-
-impl GivenUp {
-    /// Whether no job was.
-    pub(crate) fn is_empty(&self) -> bool {
-        self.0.is_empty()
-    }
-
-    /// The reasons that occurred, with their counts and their words.
-    fn reasons(&self) -> impl Iterator<Item = (&'static str, u64, &'static str)> {
-        ORDER.into_iter().filter_map(|reason| {
-            let name = reason.name();
-            self.0.get(name).map(|count| (name, *count, words(reason)))
-        })
-    }
+/// The reasons that occurred, with their counts and their words.
+fn reasons(counts: &Counts) -> impl Iterator<Item = (&'static str, u64, &'static str)> {
+    ORDER.into_iter().filter_map(|reason| {
+        let name = reason.name();
+        counts.get(name).map(|count| (name, *count, words(reason)))
+    })
 }
 
 /// Such as `full 8, hopeless 3`.
-impl fmt::Display for GivenUp {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let counts: Vec<String> = self.reasons().map(|(name, count, _)| format!("{name} {count}")).collect();
-        f.write_str(if counts.is_empty() { "-" } else { "" })?;
-        f.write_str(&counts.join(", "))
-    }
+pub(crate) fn list(counts: &Counts) -> String {
+    let counts: Vec<String> = reasons(counts).map(|(name, count, _)| format!("{name} {count}")).collect();
+    if counts.is_empty() { "-".to_owned() } else { counts.join(", ") }
 }
 
 /// What the names of the reasons mean, of those that occurred; empty where none did.
-pub(crate) fn legend<'a>(all: impl IntoIterator<Item = &'a GivenUp>) -> Vec<String> {
-    let all: GivenUp = all.into_iter().flat_map(|given_up| given_up.0.keys().copied()).collect();
-    all.reasons().map(|(name, _, words)| format!("  {name}: {words}")).collect()
+pub(crate) fn legend<'a>(all: impl IntoIterator<Item = &'a Counts>) -> Vec<String> {
+    let all: Counts = all.into_iter().flatten().map(|(reason, count)| (*reason, *count)).collect();
+    reasons(&all).map(|(name, _, words)| format!("  {name}: {words}")).collect()
 }
 
 /// A line for each task with such jobs, and the legend; empty where there are none.
-pub(crate) fn by_task<'a>(tasks: impl Iterator<Item = (&'a str, &'a GivenUp)> + Clone) -> String {
-    let some = tasks.clone().filter(|(_, given_up)| !given_up.is_empty());
-    let lines = some.map(|(task, given_up)| format!("  {task} gave up: {given_up}"));
-    lines.chain(legend(tasks.map(|(_, given_up)| given_up))).collect::<Vec<_>>().join("\n")
+pub(crate) fn by_task(tasks: &[TaskMetrics]) -> String {
+    let some = tasks.iter().filter(|task| !task.given_up.is_empty());
+    let lines = some.map(|task| format!("  {} gave up: {}", task.name, list(&task.given_up)));
+    lines.chain(legend(tasks.iter().map(|task| &task.given_up))).collect::<Vec<_>>().join("\n")
 }
 
 #[cfg(test)]

@@ -9,6 +9,7 @@ mod doctor;
 mod executable;
 mod given_up;
 mod happened;
+mod kept;
 mod live;
 mod options;
 mod outcome;

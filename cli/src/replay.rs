@@ -6,6 +6,7 @@ mod names;
 pub(crate) mod refused;
 pub(crate) mod what_if;
 
+use crate::kept;
 use crate::outcome::{Answer, Failure};
 use crate::output;
 use crate::progress;
@@ -18,6 +19,7 @@ use red_core::{Capacity, Empty, Event, Instant, Scheduler, TaskId, UnitId};
 use red_record::{Broken, Difference, Entry, Header, LogError, Reader, Replay, replay_events};
 use red_sim::{Execution, Options, Past, Report, simulate_past};
 use red_workload::build::{self, Plan};
+use red_workload::metrics::TaskMetrics;
 use red_workload::model::Workload;
 use red_workload::policy::Policy;
 use red_workload::{Format, Source, shown};
@@ -66,6 +68,9 @@ struct Compared {
     difference: Option<Differs>,
     /// Why it could not.
     refused: Option<Refused>,
+    /// How the jobs of each task ended; `None` where the replay differs, the log was set up by calls, or is too long.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    tasks: Option<Vec<TaskMetrics>>,
 }
 
 /// The first difference in words.
@@ -112,25 +117,22 @@ pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
     let (mut workload, mut policy_then) = (opened.workload.clone(), opened.policy);
     what_if::apply(&args.what_if, &mut workload, &mut policy_then).map_err(Failure::Input)?;
     let mut names = Names::new(&opened.workload, opened.plan.nodes.clone());
-    // They grow with the log.
-    let asks = !args.what_if.is_empty();
-    let mut figures = asks.then(|| Figures::new(&opened.workload, opened.plan.nodes.clone()));
+    let mut figures = Figures::new(&opened.workload, opened.plan.nodes.clone());
     let found = progress::during("replaying", || {
-        opened.replay(|scheduler, entry| {
+        opened.replay_events(|scheduler, entry, events| {
             names.watch(entry);
-            if let Some(figures) = &mut figures {
-                figures.watch(scheduler, entry);
-            }
+            figures.watch(scheduler, entry, events);
         })
     });
     let found = found.map_err(|broken| {
         let policy = Some(opened.log.header().policy.clone());
         Refused::after(&args.log, &broken).tell(args.json, policy, Some(&broken))
     })?;
-    if let (None, Some(figures)) = (&found.difference, &figures) {
-        return answer_what_if(args, &opened, figures, &workload, policy_then);
+    if found.difference.is_none() && !args.what_if.is_empty() {
+        return answer_what_if(args, &opened, &figures, &workload, policy_then);
     }
-    compared(args, opened.log.header(), &found, &names, &opened.scheduler)
+    let tasks = found.difference.is_none().then(|| figures.tasks(&opened)).flatten();
+    compared(args, opened.log.header(), &found, &names, &opened.scheduler, tasks)
 }
 
 /// Reports a log that was fed to its end, or to its first difference.
@@ -140,6 +142,7 @@ fn compared<C: Capacity>(
     found: &Replay,
     names: &Names,
     scheduler: &Scheduler<C>,
+    tasks: Option<Vec<TaskMetrics>>,
 ) -> Result<Answer, Failure> {
     let equal = found.difference.is_none();
     let report = Compared {
@@ -149,6 +152,7 @@ fn compared<C: Capacity>(
         equal: Some(equal),
         difference: found.difference.as_ref().map(|difference| differs(difference, names, scheduler)),
         refused: None,
+        tasks,
     };
     if args.json {
         output::json(&report)?;
@@ -218,11 +222,7 @@ pub(crate) fn set_up(path: &Path, log: Log) -> Result<Opened, Refused> {
 }
 
 impl Opened {
-    fn replay(&mut self, mut watch: impl FnMut(&Scheduler<Robot>, &Entry)) -> Result<Replay, Broken> {
-        self.replay_events(|scheduler, entry, _| watch(scheduler, entry))
-    }
-
-    /// The same, with what the scheduler recorded at each entry.
+    /// Feeds the log again; `watch` also gets what the scheduler recorded at each entry.
     pub(crate) fn replay_events(
         &mut self,
         watch: impl FnMut(&Scheduler<Robot>, &Entry, &[Event]),
@@ -271,7 +271,9 @@ fn text(header: &Header, report: &Compared) -> String {
         format!("recorded by {program}: {file} under policy {policy}, {time} {lanes}")
     };
     let Some(difference) = &report.difference else {
-        return format!("{recorded}\n{inputs} inputs fed, {actions} actions compared: no difference");
+        let tasks =
+            report.tasks.as_ref().map(|tasks| format!("\n\n{}", kept::tasks(tasks))).unwrap_or_default();
+        return format!("{recorded}\n{inputs} inputs fed, {actions} actions compared: no difference{tasks}");
     };
     let mut text = format!("{recorded}\ninput {} differs, after {actions} equal actions\n", difference.input);
     for line in &difference.before {

@@ -4,6 +4,7 @@ use crate::denied::Denied;
 use crate::executable;
 use crate::given_up;
 use crate::happened;
+use crate::kept;
 use crate::live::View;
 use crate::options;
 use crate::outcome::{Answer, Failure};
@@ -191,9 +192,9 @@ fn text(summary: &RunSummary) -> String {
         let times = [task.response_ns.p50, task.response_ns.p99, task.response_ns.max].map(time);
         tasks.row([task.name.clone()].into_iter().chain(counts).chain(times));
     }
-    let names = report.tasks.iter().map(|task| task.name.as_str());
-    let given_up = given_up::by_task(names.zip(&summary.given_up));
-    let given_up = if given_up.is_empty() { given_up } else { format!("\n\n{given_up}") };
+    let told = [given_up::by_task(&report.tasks), kept::promises(&report.tasks), kept::nodes(&report.tasks)];
+    let told: String =
+        told.iter().filter(|part| !part.is_empty()).map(|part| format!("\n\n{part}")).collect();
     let d = &summary.dispatch_ns;
     let mut figures = Table::default();
     let mut row = |title: &str, value: String| figures.row([title.to_owned(), value]);
@@ -223,7 +224,7 @@ fn text(summary: &RunSummary) -> String {
         (false, _) => "BEST EFFORT, not real time",
     };
     format!(
-        "policy {}, {mode}, {}\n\n{tasks}{given_up}\n\n{figures}",
+        "policy {}, {mode}, {}\n\n{tasks}{told}\n\n{figures}",
         report.policy,
         time(Some(report.horizon_ns))
     )

@@ -1,6 +1,7 @@
 //! `redrt sim`: a workload in virtual time.
 
-use crate::given_up::{self, GivenUp};
+use crate::given_up;
+use crate::kept;
 use crate::options;
 use crate::outcome::{Answer, Failure};
 use crate::output;
@@ -8,7 +9,6 @@ use crate::progress;
 use crate::table::{Table, time};
 use red_core::Duration;
 use red_sim::{Execution, Options, Report, simulate};
-use red_workload::metrics::TaskMetrics;
 use red_workload::policy::Policy;
 use std::path::PathBuf;
 
@@ -69,7 +69,8 @@ fn text(report: &Report) -> String {
     let parts = [
         format!("{policy}, {} of virtual time, seed {seed}", Duration::from_nanos(*horizon_ns)),
         tasks(report).to_string(),
-        reasons(report),
+        given_up::by_task(&report.tasks),
+        kept::promises(&report.tasks),
         times(report).to_string(),
         pools(report).to_string(),
         format!(
@@ -94,19 +95,6 @@ fn tasks(report: &Report) -> Table {
         table.row([task.name.clone()].into_iter().chain(counts).chain([quality]));
     }
     table
-}
-
-/// Why jobs were given up. The simulator tells that of each one, or of none.
-fn reasons(report: &Report) -> String {
-    let Some(sheds) = &report.sheds else {
-        let told = report.tasks.iter().any(|task| task.shed > 0);
-        return if told { "  --schedule tells why jobs were given up" } else { "" }.to_owned();
-    };
-    let of_task = |task: &TaskMetrics| -> GivenUp {
-        sheds.iter().filter(|shed| shed.task == task.name).map(|shed| shed.reason).collect()
-    };
-    let given_up: Vec<GivenUp> = report.tasks.iter().map(of_task).collect();
-    given_up::by_task(report.tasks.iter().map(|task| task.name.as_str()).zip(&given_up))
 }
 
 fn times(report: &Report) -> Table {

@@ -49,4 +49,5 @@ pub use scheduler::release::ReleaseError;
 pub use scheduler::status::Counters;
 pub use scheduler::tasks::{AddTaskError, Timing};
 pub use scheduler::units::{Member, Unit};
+pub use scheduler::warning::Warning;
 pub use time::{Bytes, Contention, CostEstimate, Duration, Instant, Ppm, SignedDuration, Wcet};

@@ -77,6 +77,10 @@ pub struct Figures {
     pub shed: u64,
     /// Why, with how many each.
     pub reasons: Vec<(String, u64)>,
+    /// Of a task with a floor: at least so many of so many consecutive jobs on time, and the fewest that were.
+    pub floor: Option<(u32, u32, u32)>,
+    /// Value of the jobs on time, and of all released.
+    pub value: [u64; 2],
     /// Median, 99th percentile and maximum.
     pub response_ns: [Option<u64>; 3],
     /// Response times of completed jobs, in any order.

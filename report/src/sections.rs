@@ -46,7 +46,8 @@ pub(crate) fn tasks(run: &Run) -> String {
     let mut out = String::from(
         "<div class=\"scroll\"><table><thead><tr><th>task</th><th class=\"n\">released</th><th class=\"n\">on time</th>\
          <th class=\"n\">missed</th><th class=\"n\">of them shed</th><th class=\"n\">p50</th><th class=\"n\">p99</th>\
-         <th class=\"n\">max</th><th class=\"n\">deadline</th></tr></thead><tbody>",
+         <th class=\"n\">max</th><th class=\"n\">deadline</th><th class=\"n\">value on time</th>\
+         <th class=\"n\">floor</th></tr></thead><tbody>",
     );
     for (number, task) in run.tasks.iter().enumerate() {
         row(&mut out, number, task);
@@ -56,7 +57,7 @@ pub(crate) fn tasks(run: &Run) -> String {
 }
 
 fn row(out: &mut String, number: usize, Task { name, deadline_ns, figures, .. }: &Task) {
-    let Figures { released, on_time, missed, shed, reasons, response_ns, .. } = figures;
+    let Figures { released, on_time, missed, shed, reasons, response_ns, floor, value, .. } = figures;
     let reasons: Vec<String> =
         reasons.iter().map(|(reason, count)| format!("{} {count}", html(reason))).collect();
     let reasons = if reasons.is_empty() {
@@ -76,7 +77,19 @@ fn row(out: &mut String, number: usize, Task { name, deadline_ns, figures, .. }:
         let over = if ns.is_some_and(|ns| ns > *deadline_ns) { " bad" } else { "" };
         let _infallible = write!(out, "<td class=\"n{over}\">{}</td>", or_dash(*ns));
     }
-    let _infallible = write!(out, "<td class=\"n\">{}</td></tr>", time(*deadline_ns));
+    let [on_time, all] = value;
+    let _infallible =
+        write!(out, "<td class=\"n\">{}</td><td class=\"n\">{on_time} of {all}</td>", time(*deadline_ns));
+    let (bad, floor) = match floor {
+        None => ("", "\u{2013}".to_owned()),
+        Some((m, k, worst)) if worst >= m => {
+            ("", format!("{m} of {k} kept<br/><span class=\"quiet\">worst {worst}</span>"))
+        }
+        Some((m, k, worst)) => {
+            (" bad", format!("{m} of {k} broken<br/><span class=\"quiet\">worst {worst}</span>"))
+        }
+    };
+    let _infallible = write!(out, "<td class=\"n{bad}\">{floor}</td></tr>");
 }
 
 /// Numbers of the whole run, large.

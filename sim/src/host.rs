@@ -10,7 +10,7 @@ use red_core::{
     ReleaseError, Scheduler, ShedReason, TaskId, UnitId,
 };
 use red_workload::build::{self, BuildError, Change, Numbered, Plan};
-use red_workload::metrics::TaskLog;
+use red_workload::metrics::{TaskLog, nodes::Executions};
 use red_workload::model::{SyncGrid, Workload};
 use red_workload::policy::Policy;
 use std::collections::{BTreeMap, BTreeSet, HashMap, VecDeque};
@@ -108,6 +108,8 @@ pub fn simulate_past(
 pub(crate) struct Running {
     unit: UnitId,
     started: u64,
+    /// What it took before it was preempted.
+    took: u64,
     /// Whether its body failed in the run that is taken over.
     fails: bool,
     /// Its members, and when each should end.
@@ -131,11 +133,12 @@ pub(crate) struct Host<'a> {
     unknown: BTreeSet<(usize, usize)>,
     /// By (finish, lane): pools' lanes are numbered in file order.
     pub(crate) running: BTreeMap<(u64, usize), Running>,
-    /// What is left of preempted sub-jobs.
-    pub(crate) suspended: HashMap<(JobId, NodeId), u64>,
+    /// What is left of preempted sub-jobs, and what they took.
+    pub(crate) suspended: HashMap<(JobId, NodeId), (u64, u64)>,
     pub(crate) barrier: Option<SyncGrid>,
     pub(crate) dispatch_at: Option<u64>,
     pub(crate) logs: Vec<TaskLog>,
+    pub(crate) executions: Executions,
     pub(crate) rows: Vec<Row>,
     pub(crate) sheds: Vec<Shed>,
     pub(crate) busy: Vec<u64>,
@@ -161,6 +164,7 @@ impl<'a> Host<'a> {
             first_lane.push(lanes);
             lanes += pool.lanes as usize;
         }
+        let executions = Executions::new(plan.nodes.iter().map(Vec::len));
         Ok(Self {
             workload,
             options,
@@ -178,6 +182,7 @@ impl<'a> Host<'a> {
             barrier: workload.sync.filter(|_| options.policy.has_barrier()),
             dispatch_at: None,
             logs: vec![TaskLog::default(); workload.tasks.len()],
+            executions,
             rows: Vec::new(),
             sheds: Vec::new(),
             busy: vec![0; workload.pools.len()],
@@ -225,6 +230,10 @@ impl<'a> Host<'a> {
                     done.due.iter().any(|(job, node, due)| (*job, *node) == (m.job, m.node) && *due < now)
                 };
                 self.nodes_missed += self.scheduler.members(done.unit).filter(late).count() as u64;
+                let took = done.took + (now.as_nanos() - done.started);
+                for member in self.scheduler.members(done.unit) {
+                    self.executions.add(member.task.index(), member.node.index(), took);
+                }
                 // `Late` is the end of a unit whose jobs were given up: its lane is free again.
                 let _lane_is_free = if done.fails {
                     self.scheduler.fail(done.unit, now)
@@ -312,6 +321,9 @@ impl<'a> Host<'a> {
                 _ => {}
             }
         }
+        while let Some(warning) = self.scheduler.take_warning() {
+            self.logs[warning.task.index()].warned(warning.index, now.as_nanos());
+        }
         // Else time would stand still here, and a host that sleeps until then would never sleep.
         debug_assert!(self.scheduler.poll_at().is_none_or(|next| next > now), "poll leaves nothing due");
         self.note_events();
@@ -321,7 +333,7 @@ impl<'a> Host<'a> {
         let Some(unit) = self.scheduler.unit(started.unit) else { return };
         let members = self.scheduler.members(started.unit);
         let due = members.map(|m| (m.job, m.node, m.sub_deadline)).collect();
-        let cost = self.suspended.remove(&(unit.first.job, unit.first.node)).unwrap_or_else(|| {
+        let (cost, took) = self.suspended.remove(&(unit.first.job, unit.first.node)).unwrap_or_else(|| {
             let draw = |m: Member| {
                 let (task, number) = (m.task.index(), m.node.index());
                 let node = &self.nodes[task][number];
@@ -331,14 +343,14 @@ impl<'a> Host<'a> {
                 }
                 time
             };
-            self.scheduler.members(started.unit).map(draw).max().unwrap_or(0)
+            (self.scheduler.members(started.unit).map(draw).max().unwrap_or(0), 0)
         });
         let finish = now.as_nanos().saturating_add(cost);
         let failed = |m: Member| {
             self.world.fails(m.task.index(), m.index, &self.nodes[m.task.index()][m.node.index()])
         };
         let fails = self.scheduler.members(started.unit).any(failed);
-        let running = Running { unit: started.unit, started: now.as_nanos(), fails, due };
+        let running = Running { unit: started.unit, started: now.as_nanos(), took, fails, due };
         self.running.insert((finish, started.lane.index()), running);
         self.note_rows(finish);
     }
@@ -349,8 +361,9 @@ impl<'a> Host<'a> {
         if let Some(running) = key.and_then(|key| self.running.remove(&key)) {
             self.occupied(&running, now.as_nanos());
             let left = key.map_or(0, |(finish, _)| finish - now.as_nanos());
+            let took = running.took + (now.as_nanos() - running.started);
             // The row of the sub-job that lost its lane ends here; it gets another when it goes on.
-            self.note_preempted(now.as_nanos(), left);
+            self.note_preempted(now.as_nanos(), (left, took));
         }
     }
 

@@ -4,7 +4,7 @@ use crate::host::Host;
 use crate::report::{PoolMetrics, Report, Row};
 use red_core::{Event, EventKind};
 use red_workload::build::{Numbered, Role};
-use red_workload::metrics::summarise;
+use red_workload::metrics::{TaskMetrics, summarise};
 
 impl Host<'_> {
     /// Hits outside of a dispatch; everything else is told by actions.
@@ -27,7 +27,7 @@ impl Host<'_> {
         }
     }
 
-    pub(crate) fn note_preempted(&mut self, now: u64, left: u64) {
+    pub(crate) fn note_preempted(&mut self, now: u64, left: (u64, u64)) {
         while let Some(event) = self.scheduler.take_event().copied() {
             if event.kind != EventKind::Preempted {
                 continue;
@@ -72,14 +72,18 @@ impl Host<'_> {
             let first = start_a.cmp(&start_b).then_with(|| a.pool.cmp(&b.pool)).then(lane_a.cmp(&lane_b));
             first.then_with(|| a.task.cmp(&b.task)).then(job_a.cmp(&job_b)).then_with(|| a.node.cmp(&b.node))
         });
-        let named = self.workload.tasks.iter().zip(&self.logs);
+        let named = self.workload.tasks.iter().zip(&self.logs).zip(&self.nodes).enumerate();
+        let tasks = named.map(|(number, ((task, log), nodes))| TaskMetrics {
+            nodes: self.executions.of(number, nodes),
+            ..summarise(task, log, self.horizon, self.horizon)
+        });
         let pools = self.workload.pools.iter().zip(&self.busy);
         let counters = self.scheduler.counters();
         Report {
             policy: self.options.policy.name(),
             seed: self.options.seed,
             horizon_ns: self.options.horizon_ns,
-            tasks: named.map(|(task, log)| summarise(&task.name, log, self.horizon, self.horizon)).collect(),
+            tasks: tasks.collect(),
             nodes_missed: self.nodes_missed,
             units_dispatched: counters.units,
             encoder_runs_saved: counters.encoder_runs_saved,

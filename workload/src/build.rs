@@ -47,6 +47,20 @@ pub struct Numbered {
     pub role: Role,
 }
 
+impl Numbered {
+    /// Its WCET without contention, in nanoseconds.
+    #[must_use]
+    pub fn wcet_ns(&self) -> u64 {
+        match &self.role {
+            Role::Plain(part) | Role::Encoder { part, .. } | Role::Decoder { part, .. } => part.wcet_ns,
+            Role::Coarse(stage) => {
+                let add = |sum: u64, (_, part): &(String, Part)| sum.saturating_add(part.wcet_ns);
+                stage.decoders.iter().fold(stage.encoder.wcet_ns, add)
+            }
+        }
+    }
+}
+
 /// A workload as the executive takes it.
 #[derive(Debug)]
 pub struct Plan<C: Capacity> {

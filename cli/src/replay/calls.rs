@@ -55,6 +55,6 @@ impl ForClass for Fed<'_> {
         let found = found.map_err(|broken| {
             Refused::after(&args.log, &broken).tell(args.json, Some(header.policy.clone()), Some(&broken))
         })?;
-        compared(args, header, &found, &names, &scheduler)
+        compared(args, header, &found, &names, &scheduler, None)
     }
 }

@@ -1,18 +1,19 @@
 //! What a replayed run was, in numbers, and what a simulation takes over from it.
 
 use super::Opened;
-use red_core::{Capacity, CompleteError, Instant, Member, Scheduler, UnitId};
+use red_core::{Capacity, CompleteError, Event, EventKind, Instant, Member, Scheduler, UnitId};
 use red_record::{Answer, Call, Entry, Started};
 use red_sim::{Past, PoolMetrics, Report};
 use red_workload::build::Numbered;
-use red_workload::metrics::{TaskLog, summarise};
-use red_workload::model::Workload;
+use red_workload::metrics::{TaskLog, TaskMetrics, nodes::Executions, summarise};
+use red_workload::model::{Task, Workload};
 use std::collections::HashMap;
 
 /// Follows a replay, and keeps every release, execution and end.
 pub(crate) struct Figures {
     pub(crate) past: Past,
     logs: Vec<TaskLog>,
+    pub(crate) executions: Executions,
     deadlines_ns: Vec<u64>,
     nodes: Vec<Vec<Numbered>>,
     running: HashMap<UnitId, OnLane>,
@@ -39,6 +40,7 @@ impl Figures {
         Self {
             past: Past::new(0),
             logs: Vec::new(),
+            executions: Executions::default(),
             deadlines_ns: Vec::new(),
             nodes: Vec::new(),
             running: HashMap::new(),
@@ -55,17 +57,23 @@ impl Figures {
             past: Past::new(tasks.len()),
             logs: vec![TaskLog::default(); tasks.len()],
             deadlines_ns: tasks.iter().map(|task| task.deadline_ns).collect(),
+            executions: Executions::new(nodes.iter().map(Vec::len)),
             nodes,
             ..Self::of_lanes()
         }
     }
 
-    /// The next entry, which was as recorded.
-    pub(crate) fn watch<C: Capacity>(&mut self, scheduler: &Scheduler<C>, entry: &Entry) {
+    /// The next entry, which was as recorded, and what the scheduler recorded at it.
+    pub(crate) fn watch<C: Capacity>(&mut self, scheduler: &Scheduler<C>, entry: &Entry, events: &[Event]) {
         if self.past.is_cut() {
             return;
         }
         let now = entry.now.as_nanos();
+        for event in events.iter().filter(|event| event.kind == EventKind::Warned) {
+            if let Some(log) = self.logs.get_mut(event.task.index()) {
+                log.warned(event.job, event.at.as_nanos());
+            }
+        }
         match (entry.call, entry.answer) {
             (Call::Release { task, at, .. }, Answer::Released(answer)) => {
                 let (task, at) = (task.index(), at.as_nanos());
@@ -139,10 +147,27 @@ impl Figures {
         for member in members {
             self.nodes_missed += u64::from(now > member.sub_deadline.as_nanos());
             let task = member.task.index();
+            self.executions.add(task, member.node.index(), took);
             if let Some(node) = self.nodes.get(task).and_then(|nodes| nodes.get(member.node.index())) {
                 self.past.executed(task, member.index, node, took);
             }
         }
+    }
+
+    /// How the jobs of each task ended; `None` if the log is too long to tell.
+    pub(crate) fn tasks(&self, opened: &Opened) -> Option<Vec<TaskMetrics>> {
+        let until = self.end.min(Instant::from_nanos(opened.log.header().duration_ns));
+        (!self.past.is_cut()).then(|| self.of_tasks(&opened.workload.tasks, until))
+    }
+
+    /// Tasks with the jobs that were released before `until`.
+    fn of_tasks(&self, tasks: &[Task], until: Instant) -> Vec<TaskMetrics> {
+        let tasks = tasks.iter().zip(&self.logs).zip(&self.nodes).enumerate();
+        let of_task = |(number, ((task, log), nodes)): (usize, ((&Task, _), &Vec<Numbered>))| TaskMetrics {
+            nodes: self.executions.of(number, nodes),
+            ..summarise(task, log, until, self.end)
+        };
+        tasks.map(of_task).collect()
     }
 
     /// The run as `run --json` has it, as far as the scheduler knows: jobs that were released before `until`.
@@ -154,14 +179,13 @@ impl Figures {
             lanes: pool.lanes,
             busy_ns: lanes.by_ref().take(pool.lanes as usize).sum(),
         });
-        let tasks = tasks.iter().zip(&self.logs);
         let counters = opened.scheduler.counters();
         Report {
             policy: opened.policy.name(),
             seed: 0,
             horizon_ns: until.as_nanos(),
             pools: pools.collect(),
-            tasks: tasks.map(|(task, log)| summarise(&task.name, log, until, self.end)).collect(),
+            tasks: self.of_tasks(tasks, until),
             nodes_missed: self.nodes_missed,
             units_dispatched: counters.units,
             encoder_runs_saved: counters.encoder_runs_saved,

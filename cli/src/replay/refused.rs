@@ -36,7 +36,15 @@ impl Refused {
     pub(crate) fn tell(self, json: bool, policy: Option<String>, broken: Option<&Broken>) -> Failure {
         let message = self.message.clone();
         let (inputs, actions) = broken.map_or((0, 0), |broken| (broken.inputs, broken.actions));
-        let report = Compared { policy, inputs, actions, equal: None, difference: None, refused: Some(self) };
+        let report = Compared {
+            policy,
+            inputs,
+            actions,
+            equal: None,
+            difference: None,
+            refused: Some(self),
+            tasks: None,
+        };
         if json && let Err(failure) = output::json(&report) {
             return failure;
         }

@@ -16,6 +16,8 @@ pub(super) struct Collector {
     pub(super) run: Run,
     /// Ends of jobs, as metrics want them.
     pub(super) logs: Vec<TaskLog>,
+    /// Value, and m and k of the floor, of each task.
+    pub(super) ranks: Vec<(u32, Option<(u32, u32)>)>,
     /// What happened to lanes, and what a simulation takes over.
     pub(super) figures: Figures,
     /// The task of [`Run::tasks`] in each place of the scheduler.
@@ -43,7 +45,14 @@ impl Collector {
         }
         for ((task, nodes), id) in workload.tasks.iter().zip(nodes).zip(ids) {
             let nodes = nodes.iter().map(|node| node.name.clone()).collect();
-            collector.task(task.name.clone(), task.deadline_ns, nodes, scheduler, *id);
+            collector.task(
+                task.name.clone(),
+                task.deadline_ns,
+                (task.value, task.floor),
+                nodes,
+                scheduler,
+                *id,
+            );
         }
         collector
     }
@@ -57,6 +66,7 @@ impl Collector {
         Self {
             run: Run::default(),
             logs: Vec::new(),
+            ranks: Vec::new(),
             figures,
             places: HashMap::new(),
             newest: Vec::new(),
@@ -75,6 +85,7 @@ impl Collector {
         &mut self,
         name: String,
         deadline_ns: u64,
+        rank: (u32, Option<(u32, u32)>),
         nodes: Vec<String>,
         scheduler: &Scheduler<C>,
         id: TaskId,
@@ -83,13 +94,14 @@ impl Collector {
         self.run.tasks.push(Task { name, deadline_ns, nodes, ..Task::default() });
         self.run.jobs.push(Vec::new());
         self.logs.push(TaskLog::default());
+        self.ranks.push(rank);
         self.newest.push(self.run.graphs.len());
         self.run.graphs.push(scheduler.edit(id).map(|dag| graphs::of(&dag)).unwrap_or_default());
     }
 
     /// The next entry, which was as recorded, and what the scheduler recorded at it.
     pub(super) fn watch<C: Capacity>(&mut self, scheduler: &Scheduler<C>, entry: &Entry, events: &[Event]) {
-        self.figures.watch(scheduler, entry);
+        self.figures.watch(scheduler, entry, events);
         if self.run.pools.is_empty() {
             let config = scheduler.config();
             self.run.level_gate = config.gate == Gate::Level;
@@ -100,11 +112,12 @@ impl Collector {
                 let memory: Option<Bytes> = memory;
                 self.pool(format!("pool-{}", pool.index()), lanes.into(), memory.is_some());
             }
-            (Call::AddTask { deadline, .. }, Answer::Task(Ok(id))) => {
+            (Call::AddTask { deadline, value, floor: [m, k], .. }, Answer::Task(Ok(id))) => {
                 // In a place that another task had, it is another one all the same.
                 let again = self.places.contains_key(&id.index());
                 let number = if again { self.run.tasks.len() } else { id.index() };
-                self.task(format!("task-{number}"), deadline.as_nanos(), Vec::new(), scheduler, id);
+                let rank = (value, (k > 0).then_some((m.into(), k.into())));
+                self.task(format!("task-{number}"), deadline.as_nanos(), rank, Vec::new(), scheduler, id);
             }
             (Call::Release { task, at, .. }, Answer::Released(answer)) => {
                 self.released(task, at.as_nanos(), entry.now.as_nanos(), answer.is_ok());
@@ -210,6 +223,7 @@ impl Collector {
                 let by = before.iter().rev().find_map(|event| self.encoder(event)).filter(|by| *by != of);
                 self.run.hits.push(Hit { of, at_ns, by });
             }
+            EventKind::Warned => self.logs[task].warned(event.job, at_ns),
             EventKind::Edited => self.edited(scheduler, event.task, task, at_ns),
             _ => {}
         }

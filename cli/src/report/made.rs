@@ -4,7 +4,7 @@ use super::collect::Collector;
 use red_core::Instant;
 use red_report::blame::{Blame, longest};
 use red_report::model::{Figures, Group, Kind, Miss, Part, Run};
-use red_workload::metrics::{TaskMetrics, summarise};
+use red_workload::metrics::{Judged, TaskMetrics, summarise};
 
 /// Works out everything that needs no simulation. Jobs released before `until` count, by what happened before `end`.
 pub(super) fn made(
@@ -12,11 +12,15 @@ pub(super) fn made(
     until_ns: u64,
     end_ns: u64,
 ) -> (Run, Vec<TaskMetrics>, crate::replay::figures::Figures) {
-    let Collector { mut run, logs, figures, .. } = collected;
+    let Collector { mut run, logs, ranks, figures, .. } = collected;
     let instant = Instant::from_nanos;
-    let named = run.tasks.iter().zip(&logs);
-    let metrics: Vec<TaskMetrics> =
-        named.map(|(task, log)| summarise(&task.name, log, instant(until_ns), instant(end_ns))).collect();
+    let named = run.tasks.iter().zip(ranks).zip(&logs);
+    let metrics: Vec<TaskMetrics> = named
+        .map(|((task, (value, floor)), log)| {
+            let judged = Judged { name: &task.name, value, floor };
+            summarise(judged, log, instant(until_ns), instant(end_ns))
+        })
+        .collect();
     run.nodes_missed = figures.nodes_missed;
     for (lane, busy_ns) in run.lanes.iter().zip(figures.busy_ns) {
         run.pools[lane.pool].busy_ns += busy_ns;
@@ -29,13 +33,7 @@ pub(super) fn made(
             // As the metrics have it.
             let ended = job.end_ns.filter(|at| *at < end_ns || job.shed.as_deref() == Some("full"));
             let missed = match (ended, &job.shed) {
-                (Some(_), Some(reason)) => {
-                    match of_task.reasons.iter_mut().find(|(other, _)| other == reason) {
-                        Some((_, count)) => *count += 1,
-                        None => of_task.reasons.push((reason.clone(), 1)),
-                    }
-                    true
-                }
+                (Some(_), Some(_)) => true,
                 (Some(at), None) => {
                     of_task.responses_ns.push(at.saturating_sub(job.release_ns));
                     at > job.deadline_ns
@@ -46,12 +44,16 @@ pub(super) fn made(
                 misses.push((task, number as u64, ended.unwrap_or(run.end_ns)));
             }
         }
-        let TaskMetrics { released, on_time, missed, shed, response_ns, .. } = &metrics[task];
+        let TaskMetrics { released, on_time, missed, shed, response_ns, given_up, floor, .. } =
+            &metrics[task];
         run.tasks[task].figures = Figures {
             released: *released,
             on_time: *on_time,
             missed: *missed,
             shed: *shed,
+            reasons: given_up.iter().map(|(reason, count)| ((*reason).to_owned(), *count)).collect(),
+            floor: floor.map(|floor| (floor.m, floor.k, floor.worst)),
+            value: [metrics[task].value_on_time, metrics[task].value_released],
             response_ns: [response_ns.p50, response_ns.p99, response_ns.max],
             ..of_task
         };

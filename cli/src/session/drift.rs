@@ -5,8 +5,10 @@
 //! two such medians in a row are above one and a half times the first, and that by a twentieth of its WCET: what is small
 //! beside that changes no schedule.
 
+use hdrhistogram::Histogram;
 use red_core::{Event, EventKind, Instant};
 use red_workload::build::Numbered;
+use red_workload::metrics::nodes::{ExecutionTimes, NodeMetrics};
 use serde::Serialize;
 
 const WINDOW: usize = 15;
@@ -40,7 +42,7 @@ pub(crate) struct Costs {
     last: u64,
 }
 
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug)]
 struct Cost {
     window: [u64; WINDOW],
     taken: usize,
@@ -50,12 +52,16 @@ struct Cost {
     above: u8,
     /// What it took then, and when.
     drifted: Option<(u64, u64)>,
+    /// All executions, to a thousandth.
+    all: Histogram<u32>,
+    longest_ns: u64,
+    overruns: u64,
 }
 
 impl Costs {
     /// Of tasks whose nodes have these WCETs, in nanoseconds.
     pub(crate) fn new(lanes: usize, wcets_ns: impl Iterator<Item = Vec<u64>>) -> Self {
-        let of_node = |wcet_ns| Cost { wcet_ns, ..Cost::default() };
+        let of_node = Cost::new;
         let of_task = |wcets_ns: Vec<u64>| wcets_ns.into_iter().map(of_node).collect();
         Self { started: vec![None; lanes], nodes: wcets_ns.map(of_task).collect(), last: 0 }
     }
@@ -78,6 +84,23 @@ impl Costs {
         self.last
     }
 
+    /// The nodes of a task, with what they took.
+    pub(crate) fn nodes(&self, task: usize, nodes: &[Numbered]) -> Vec<NodeMetrics> {
+        let costs = self.nodes.get(task).into_iter().flatten();
+        let of_node = |(node, cost): (&Numbered, &Cost)| {
+            let at =
+                |q: f64| (!cost.all.is_empty()).then(|| cost.all.value_at_quantile(q).min(cost.longest_ns));
+            NodeMetrics {
+                name: node.name.clone(),
+                wcet_ns: cost.wcet_ns,
+                count: cost.all.len(),
+                execution_ns: ExecutionTimes { p50: at(0.5), p99: at(0.99), max: at(1.0) },
+                overruns: cost.overruns,
+            }
+        };
+        nodes.iter().zip(costs).map(of_node).collect()
+    }
+
     /// The nodes that have drifted.
     pub(crate) fn drifted(&self, tasks: &[String], nodes: &[Vec<Numbered>]) -> Vec<Drifted> {
         let named = tasks.iter().zip(nodes).zip(&self.nodes);
@@ -95,8 +118,29 @@ impl Costs {
 }
 
 impl Cost {
+    /// Of a node with this WCET, and room for all times that a body may take before it is given up.
+    fn new(wcet_ns: u64) -> Self {
+        let least = (wcet_ns / 4_096).max(1);
+        let most = wcet_ns.saturating_mul(10).saturating_add(LONGEST_ABOVE_NS).max(2 * least);
+        let all = Histogram::new_with_bounds(least, most, 3).expect("the bounds lie apart");
+        Self {
+            window: [0; WINDOW],
+            taken: 0,
+            before_ns: 0,
+            wcet_ns,
+            above: 0,
+            drifted: None,
+            all,
+            longest_ns: 0,
+            overruns: 0,
+        }
+    }
+
     /// Whether it is seen now that it has drifted.
     fn took(&mut self, ns: u64, at_ns: u64) -> bool {
+        self.all.saturating_record(ns);
+        self.longest_ns = self.longest_ns.max(ns);
+        self.overruns += u64::from(ns > self.wcet_ns);
         self.window[self.taken] = ns;
         self.taken += 1;
         if self.taken < WINDOW || self.drifted.is_some() {
@@ -120,6 +164,8 @@ impl Cost {
     }
 }
 
+/// A body fails when it runs longer than 10 times its WCET and this.
+const LONGEST_ABOVE_NS: u64 = 1_000_000_000;
 /// Below this it is the host that is measured, and no cost.
 const LEAST_NS: u64 = 50_000;
 

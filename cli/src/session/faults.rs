@@ -78,17 +78,6 @@ impl Names<'_> {
     }
 }
 
-/// The WCET of a node, in nanoseconds.
-pub(crate) fn wcet_ns(node: &Numbered) -> u64 {
-    match &node.role {
-        Role::Plain(part) | Role::Encoder { part, .. } | Role::Decoder { part, .. } => part.wcet_ns,
-        Role::Coarse(stage) => stage
-            .decoders
-            .iter()
-            .fold(stage.encoder.wcet_ns, |sum, (_, part)| sum.saturating_add(part.wcet_ns)),
-    }
-}
-
 /// What a run says of its lanes.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Happened<'a> {

@@ -170,6 +170,11 @@ impl<C: Capacity> Host<C> for Notes {
             EventKind::Completed => lane().into_iter().for_each(|l| l.store(0, Ordering::Relaxed)),
             _ => {}
         }
+        if event.kind == EventKind::Warned
+            && let Some(log) = self.logs.get_mut(event.task.index())
+        {
+            log.warned(event.job, event.at.as_nanos());
+        }
         if self.events.len() < self.events.capacity() {
             self.events.push(*event);
         } else if self.events.capacity() > 0 {

@@ -5,10 +5,10 @@ use super::drift::Drifted;
 use super::host::Notes;
 use super::record::LogSummary;
 use super::{Options, Robot};
-use crate::given_up::GivenUp;
-use red_core::{Instant, Scheduler, ShedReason};
+use red_core::{Instant, Scheduler};
 use red_rt::report::{RunReport, Stopped};
-use red_workload::metrics::{TaskLog, TaskMetrics, summarise};
+use red_workload::build::Numbered;
+use red_workload::metrics::{TaskMetrics, summarise};
 use red_workload::model::Workload;
 use serde::Serialize;
 use std::path::Path;
@@ -75,9 +75,6 @@ pub(crate) struct RunSummary {
     pub(crate) stopped_by: Option<&'static str>,
     /// Why the run ended itself early.
     pub(crate) gave_up: Option<String>,
-    /// Why the jobs of each task were given up that its `shed` counts.
-    #[serde(skip)]
-    pub(crate) given_up: Vec<GivenUp>,
 }
 
 impl RunSummary {
@@ -87,20 +84,10 @@ impl RunSummary {
     }
 }
 
-/// Why jobs were given up, of those that [`summarise`] counts.
-fn given_up(log: &TaskLog, until: u64, end: u64) -> GivenUp {
-    let ended = log.jobs().iter().filter(|job| job.release_ns < until);
-    let reasons = ended.filter_map(|job| {
-        let reason = job.shed?;
-        let counts = job.at_ns? < end || reason == ShedReason::Full;
-        counts.then_some(reason.name())
-    });
-    reasons.collect()
-}
-
 /// What the notes and the figures of a run say.
 pub(super) fn summary(
     workload: &Workload,
+    plan: &[Vec<Numbered>],
     options: &Options<'_>,
     notes: &Notes,
     figures: &RunReport,
@@ -112,7 +99,11 @@ pub(super) fn summary(
         .tasks
         .iter()
         .zip(&notes.logs)
-        .map(|(task, log)| summarise(&task.name, log, until, Instant::from_nanos(end_ns)))
+        .enumerate()
+        .map(|(number, (task, log))| TaskMetrics {
+            nodes: notes.costs.nodes(number, &plan[number]),
+            ..summarise(task, log, until, Instant::from_nanos(end_ns))
+        })
         .collect();
     let mut lanes = figures.busy_ns.iter();
     let pools = workload.pools.iter().map(|pool| red_sim::PoolMetrics {
@@ -161,6 +152,5 @@ pub(super) fn summary(
         record,
         stopped_by: figures.stopped_by.and_then(Stopped::signal),
         gave_up: figures.gave_up.map(|surrender| surrender.to_string()),
-        given_up: notes.logs.iter().map(|log| given_up(log, until.as_nanos(), end_ns)).collect(),
     }
 }

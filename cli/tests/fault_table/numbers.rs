@@ -9,7 +9,7 @@ use crate::rights::{need_root, not_run};
 use crate::virtual_time::{MS, Small, at, chain, cost, drain, due, one_task, poll, runs_through};
 use red_core::{
     AddTaskError, Admission, Caps, CommitError, Config, Contention, Dag, DeadlineRule, Duration, Instant,
-    Levels, Node, NodeError, NodeId, Outcome, PoolError, ReleaseError, Scheduler, ShedReason, SubDeadlines,
+    Levels, Node, NodeError, NodeId, Outcome, PoolError, ReleaseError, Scheduler, SubDeadlines,
     TaskId, Wcet, shares,
 };
 use red_rt::clock::suspended_ns;
@@ -248,7 +248,8 @@ fn row_20_after_a_jump_of_an_hour_every_late_job_is_reported_once_and_no_storm_f
     }
     // Of all that was slept through only the release at the wake is still in time: it takes the place of a lost one.
     let (ended, _, started) = after_a_jump(Config::REDRT, SLEPT);
-    let on_time: Vec<u64> = ended.iter().filter(|outcome| outcome.on_time()).map(|outcome| outcome.index).collect();
+    let on_time: Vec<u64> =
+        ended.iter().filter(|outcome| outcome.on_time()).map(|outcome| outcome.index).collect();
     assert_eq!((on_time, started), (vec![0, SLEPT], 1), "nothing is executed for what is lost");
     // On Linux the run's clock stands still while the machine sleeps; what it leaves out is told. A machine that slept
     // for an hour is one whose clock of boot time is an hour ahead.

@@ -33,6 +33,9 @@ crate::capacity::values! {
         Edited,
         /// A kept result was thrown away for memory.
         Evicted,
+        /// A job will miss its deadline, as far as is known now: [`take_warning`](Scheduler::take_warning) says by how
+        /// much and because of whom.
+        Warned,
     }
 
     /// One event. Fields that do not apply are 0.

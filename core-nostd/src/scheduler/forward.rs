@@ -12,6 +12,7 @@ mod stop;
 
 use super::{Scheduler, bits};
 use crate::capacity::{Capacity, Empty};
+use crate::time::Instant;
 use course::Course;
 
 /// How the jobs of a group end in a forward schedule. Instants are in nanoseconds.
@@ -45,6 +46,16 @@ impl<C: Capacity> Forward<C> {
             }
         }
         self
+    }
+
+    /// Whether a job starts a node in a pool.
+    pub(super) fn needs(&self, job: usize, pool: usize) -> bool {
+        self.pools[job] >> pool & 1 != 0
+    }
+
+    /// By how much a job is late, in nanoseconds; 0 if it is not.
+    pub(super) fn lateness(&self, job: usize, deadline: Instant) -> u64 {
+        self.end[job].saturating_sub(deadline.as_nanos())
     }
 
     /// Whether two jobs start nodes in a common pool.

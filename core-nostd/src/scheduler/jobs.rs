@@ -1,7 +1,7 @@
 //! A job: one release of a task, and how far each of its nodes is.
 
 use super::action::{Outcome, ShedReason};
-use super::{Scheduler, bits, event::EventKind, pools::Rank, version::Version};
+use super::{Scheduler, bits, event::EventKind, pools::Rank, version::Version, warning::Late};
 use crate::capacity::{Capacity, Empty};
 use crate::graph::{Node, NodeSet};
 use crate::id::{JobId, TaskId};
@@ -42,6 +42,7 @@ crate::capacity::stored! {
         pub(super) capture: u64,
         /// In flight: it is not lost for certain before. Ended: when it did.
         pub(super) at: Instant,
+        pub(super) late: Late,
         /// By rank: predecessors that are not done.
         pub(super) waiting_for: C::Nodes<u8>,
         /// Ready: how often it was overtaken for memory. Running: lane. Done encoder: output plus one, or 0.

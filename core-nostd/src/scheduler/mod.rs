@@ -54,6 +54,7 @@ mod ticks;
 pub(crate) mod units;
 mod urgency;
 mod version;
+pub(crate) mod warning;
 
 use crate::capacity::{Capacity, Empty};
 use crate::config::{Config, Reassign};
@@ -123,6 +124,8 @@ crate::capacity::stored! {
         /// Slots of jobs in flight, and of ended jobs whose outcome was not taken, a bit each.
         in_flight: u64,
         ended: u64,
+        /// Slots whose warning was not taken, a bit each.
+        warnings: u64,
         /// Whether keys are re-assigned at each dispatch, and whether something happened since they were.
         reassigns: bool,
         stale_keys: bool,

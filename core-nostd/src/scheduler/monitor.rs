@@ -124,22 +124,26 @@ impl<C: Capacity> Scheduler<C> {
         }
     }
 
-    /// The jobs that no schedule can end in time.
+    /// The jobs that no schedule can end in time; each is warned of.
     fn certain(&mut self) -> u64 {
-        let mut doomed = 0;
+        let (mut doomed, warned) = (0, self.warnings);
         for slot in self.slots() {
             let job = &self.jobs[slot];
             if self.now < job.at {
                 continue;
             }
-            let latest_by = |case| {
-                let left = job.deadline.as_nanos().checked_sub(self.bound(job, slot, case));
-                left.map(Instant::from_nanos).filter(|latest| self.now <= *latest)
-            };
-            let latest = latest_by(Case::Worst).or_else(|| latest_by(Case::Best));
-            doomed |= u64::from(latest.is_none()) << slot;
-            self.jobs[slot].at = latest.unwrap_or(self.now).saturating_add(NEXT);
+            let due = job.deadline.as_nanos();
+            let end = |case| self.now.as_nanos().saturating_add(self.bound(job, slot, case));
+            let ends = [Case::Worst, Case::Best].map(end);
+            let spare = ends.into_iter().find_map(|end| due.checked_sub(end));
+            if spare.is_none() {
+                doomed |= 1 << slot;
+                self.warn(slot, ends[1].saturating_sub(due), None);
+            }
+            let latest = self.now.saturating_add(Duration::from_nanos(spare.unwrap_or_default()));
+            self.jobs[slot].at = latest.saturating_add(NEXT);
         }
+        self.note_warnings(warned);
         doomed
     }
 }

@@ -26,10 +26,11 @@ impl<C: Capacity> Scheduler<C> {
             self.monitor.laxity = laxity;
             return;
         }
-        let forward = self.forward(self.in_flight);
+        let (forward, warned) = (self.forward(self.in_flight), self.warnings);
         let (stay, laxity) =
             if forward.late == 0 { (self.in_flight, forward.laxity) } else { self.choose(forward) };
         self.monitor.laxity = laxity;
+        self.note_warnings(warned);
         let gone = self.in_flight & !stay;
         if gone.count_ones() >= MOST {
             self.monitor.worse = Instant::ZERO;
@@ -37,8 +38,8 @@ impl<C: Capacity> Scheduler<C> {
         bits(gone).for_each(|slot| self.end_job(slot, Some(ShedReason::Overload)));
     }
 
-    /// Who stays, and the laxity of the forward schedule of these.
-    fn choose(&self, mut forward: Forward<C>) -> (u64, u64) {
+    /// Who stays, with a warning for each that does not and each that is late, and the laxity of the forward schedule of these.
+    fn choose(&mut self, mut forward: Forward<C>) -> (u64, u64) {
         let mut floors = <C::Tasks<Floor>>::EMPTY;
         (0..C::TASKS).for_each(|task| floors[task] = self.tasks[task].timing.floor);
         let mut standings = <C::Jobs<Option<Standing>>>::EMPTY;
@@ -52,18 +53,21 @@ impl<C: Capacity> Scheduler<C> {
             let is_needed = |y: usize| {
                 forward.share_a_pool(x, y) && self.can_end_in_time(&self.jobs[y], y, Case::Expected)
             };
-            let goes = if let Some(least) = bits(lower).min_by_key(|slot| standings[*slot])
+            let cause = self.cause_of(x, &forward, stay, &standings);
+            let (goes, because) = if let Some(least) = bits(lower).min_by_key(|slot| standings[*slot])
                 && self.forward(stay & !lower).late >> x & 1 == 0
             {
-                least
+                (least, Some(x))
             } else if bits(forward.late & !kept & !(1 << x)).any(is_needed) {
-                x
+                (x, cause)
             } else {
+                self.warn(x, forward.lateness(x, self.jobs[x].deadline), cause);
                 kept |= 1 << x;
                 is_doubtful |= stay != self.in_flight;
                 continue;
             };
             is_doubtful |= stay != self.in_flight;
+            self.warn(goes, forward.lateness(goes, self.jobs[goes].deadline), because);
             stay &= !(1 << goes);
             forward = self.forward(stay);
             if (self.in_flight & !stay).count_ones() >= MOST {
@@ -82,6 +86,7 @@ impl<C: Capacity> Scheduler<C> {
             let back = self.forward(stay | 1 << slot);
             if back.late & !kept == 0 {
                 (stay, forward) = (stay | 1 << slot, back);
+                self.withdraw_warning(slot);
             }
         }
         (stay, forward.laxity)

@@ -69,6 +69,7 @@ impl<C: Capacity> Scheduler<C> {
         job.generation = generation;
         let has_encoders = !version.encoders.is_empty();
         self.in_flight |= 1 << slot;
+        self.warnings &= !(1 << slot);
         self.note_task(EventKind::Released, t, index);
         self.watch(slot);
         if self.config.gate == Gate::Level {

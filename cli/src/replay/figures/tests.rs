@@ -21,10 +21,10 @@ fn a_unit_that_failed_runs_no_more() {
     let Some(Action::Dispatch(dispatch)) = scheduler.poll_on(lane, begin) else { panic!("the lane is free") };
     let unit = dispatch.unit;
     let answer = Answer::Started(Started { unit, job, members: None });
-    figures.watch(&scheduler, &Entry { now: begin, call: Call::Poll(Some(lane)), answer });
+    figures.watch(&scheduler, &Entry { now: begin, call: Call::Poll(Some(lane)), answer }, &[]);
     assert_eq!(figures.running.len(), 1);
     let answer = Answer::Reported(scheduler.fail(unit, end));
-    figures.watch(&scheduler, &Entry { now: end, call: Call::Fail(unit), answer });
+    figures.watch(&scheduler, &Entry { now: end, call: Call::Fail(unit), answer }, &[]);
     assert!(figures.running.is_empty());
     assert_eq!(figures.busy_ns[0], 300);
 }
