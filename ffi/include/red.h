@@ -749,6 +749,10 @@ enum red_event_kind
    * A kept result was thrown away for memory.
    */
   RED_EVENT_KIND_EVICTED = 11,
+  /**
+   * A job will miss its deadline, as far as is known: a red_warning says by how much and because of whom.
+   */
+  RED_EVENT_KIND_WARNED = 12,
 };
 #ifndef __cplusplus
 typedef uint32_t red_event_kind;
@@ -1184,6 +1188,49 @@ typedef struct {
    */
   red_outcome outcome;
 } red_action;
+
+/**
+ * A predicted deadline miss. This struct does not grow.
+ */
+typedef struct {
+  /**
+   * The job. It is given up already where its outcome says so.
+   */
+  uint32_t job;
+  /**
+   * Its task.
+   */
+  uint32_t task;
+  /**
+   * The index of the job in its task, from 0.
+   */
+  uint64_t index;
+  /**
+   * When it is due.
+   */
+  uint64_t deadline_ns;
+  /**
+   * When that was known.
+   */
+  uint64_t at_ns;
+  /**
+   * How long after its deadline it would end, by the estimates of then. 0: it would not be late, but goes so that the
+   * other job is in time.
+   */
+  uint64_t by_ns;
+  /**
+   * The index of the job that takes the lanes it needs, in because_task; RED_NONE_64: it is late on its own.
+   */
+  uint64_t because_index;
+  /**
+   * Whose job takes the lanes it needs; RED_NONE: nobody's.
+   */
+  uint32_t because_task;
+  /**
+   * 0.
+   */
+  uint32_t reserved;
+} red_warning;
 
 /**
  * One sub-job of a unit. This struct does not grow.
@@ -1717,6 +1764,82 @@ typedef struct {
   uint32_t reserved;
 } red_timing;
 
+/**
+ * What became of a task's jobs so far. Begin with RED_TASK_REPORT_INIT.
+ */
+typedef struct {
+  /**
+   * RED_TASK_REPORT_INIT sets it.
+   */
+  uint32_t struct_size;
+  /**
+   * RED_TASK_REPORT_INIT sets it.
+   */
+  uint32_t abi_version;
+  /**
+   * Jobs released. Those that are neither on time nor missed are in flight.
+   */
+  uint64_t released;
+  /**
+   * Jobs that completed by their deadlines.
+   */
+  uint64_t on_time;
+  /**
+   * Jobs that completed late or were given up.
+   */
+  uint64_t missed;
+  /**
+   * Jobs given up as RED_SHED_HOPELESS.
+   */
+  uint64_t hopeless;
+  /**
+   * Jobs given up as RED_SHED_OVERLOAD.
+   */
+  uint64_t overload;
+  /**
+   * Jobs given up as RED_SHED_URGENCY.
+   */
+  uint64_t urgency;
+  /**
+   * Jobs given up as RED_SHED_FULL, those that found no place at their release included.
+   */
+  uint64_t full;
+  /**
+   * Jobs given up as RED_SHED_LATE.
+   */
+  uint64_t late;
+  /**
+   * Jobs given up as RED_SHED_FAULT.
+   */
+  uint64_t fault;
+  /**
+   * Jobs given up as RED_SHED_REMOVED.
+   */
+  uint64_t removed;
+  /**
+   * Value of the jobs that were on time.
+   */
+  uint64_t value_on_time;
+  /**
+   * Value of all jobs released.
+   */
+  uint64_t value_released;
+  /**
+   * Jobs whose miss was predicted; red_runtime_take_warnings tells of each.
+   */
+  uint64_t warned;
+  /**
+   * Of a task with a floor: the fewest jobs that were on time in a window of floor_of consecutive ones. Jobs before the
+   * first and after the last count as on time. A window of more than 128 jobs is kept as a stricter one of 128, and judged
+   * as that.
+   */
+  uint32_t floor_worst;
+  /**
+   * 1: the task has no floor, or floor_worst is at least what it keeps. 0: it was broken.
+   */
+  uint32_t floor_kept;
+} red_task_report;
+
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus
@@ -1985,6 +2108,17 @@ red_status red_scheduler_take_outcome(red_scheduler *scheduler,
                                       uint32_t *count);
 
 /**
+ * Takes one warning of a deadline that will be missed, as far as is known since the last poll. Take warnings after a poll and
+ * before the next release. `count` is 1, or 0 where there was none; then the warning is not written. Only a configuration with
+ * RED_SHEDDING_HOPELESS looks ahead and warns.
+ *
+ * Threads: one at a time on a scheduler. Real time: yes. Time: O(1). Errors: those of the handle.
+ */
+red_status red_scheduler_take_warning(red_scheduler *scheduler,
+                                      red_warning *warning,
+                                      uint32_t *count);
+
+/**
  * Takes an idle lane out of its pool, because nothing can run there any more. A pool without lanes starts nothing.
  *
  * Threads: one at a time on a scheduler. Real time: yes. Time: O(1). Errors: RED_STATUS_UNKNOWN_LANE: there is no such
@@ -2230,6 +2364,17 @@ red_status red_runtime_take_outcomes(red_runtime *runtime,
                                      size_t *count);
 
 /**
+ * Takes the oldest warnings of deadlines that will be missed: up to `room` into `warnings`, and how many into `count`. 1,024
+ * are kept; what finds no room is counted in red_report: events_dropped. Times are of CLOCK_MONOTONIC.
+ *
+ * Threads: one at a time. Real time: yes. Time: O(room). Errors: those of the handle, RED_STATUS_FORKED.
+ */
+red_status red_runtime_take_warnings(red_runtime *runtime,
+                                     red_warning *warnings,
+                                     size_t room,
+                                     size_t *count);
+
+/**
  * Takes the oldest events: up to `room` into `events`, and how many into `count`. 8,192 are kept; what finds no room is counted
  * in red_report: events_dropped. Times are of CLOCK_MONOTONIC.
  *
@@ -2355,6 +2500,16 @@ red_status red_runtime_remove_task(red_runtime *runtime,
 red_status red_runtime_certificate(red_runtime *runtime,
                                    uint32_t task,
                                    red_certificate *certificate);
+
+/**
+ * What became of the task's jobs so far; also after the end of the run.
+ *
+ * Threads: any but a body's, at once. Real time: no. Time: until a lane has a turn. Errors: RED_STATUS_UNKNOWN_TASK,
+ * RED_STATUS_BUSY: from a body; RED_STATUS_FORKED, RED_STATUS_NO_MEMORY.
+ */
+red_status red_runtime_task_report(red_runtime *runtime,
+                                   uint32_t task,
+                                   red_task_report *report);
 
 /**
  * Begins an edit: opens the task's newest graph in `memory`, of RED_DAG_16X256X64_BYTES, to be changed, given to
@@ -2621,3 +2776,4 @@ red_status red_scheduler_commit(red_scheduler *scheduler,
 #define RED_DAG_SUMMARY_INIT {RED_HEAD(red_dag_summary), 0, 0, 0, 0}
 #define RED_RUNTIME_CONFIG_INIT {RED_HEAD(red_runtime_config), 0, 80, 0, 1000000000}
 #define RED_REPORT_INIT {RED_HEAD(red_report), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}
+#define RED_TASK_REPORT_INIT {RED_HEAD(red_task_report), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}

@@ -106,6 +106,8 @@ pub enum red_event_kind {
     Edited = 10,
     /// A kept result was thrown away for memory.
     Evicted = 11,
+    /// A job will miss its deadline, as far as is known: a red_warning says by how much and because of whom.
+    Warned = 12,
 }
 
 /// One event. Fields that do not apply are 0. This struct does not grow.
@@ -155,6 +157,7 @@ impl From<&red_core::Event> for red_event {
             EventKind::Shed(reason) => (red_event_kind::Shed, reason as u32),
             EventKind::Edited => (red_event_kind::Edited, 0),
             EventKind::Evicted => (red_event_kind::Evicted, 0),
+            EventKind::Warned => (red_event_kind::Warned, 0),
             _ => (red_event_kind::Other, 0),
         };
         Self {

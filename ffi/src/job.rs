@@ -8,6 +8,7 @@ use crate::machine::{AnyMachine, lane_id};
 use crate::scheduler::change;
 use crate::status::{red_status, status};
 use crate::values::{RED_NONE_64, red_scheduler};
+use crate::warning::red_warning;
 use red_core::{Instant, UnitId};
 
 /// Makes a call of the loop.
@@ -135,6 +136,28 @@ pub extern "C" fn red_scheduler_take_outcome(
         count.put(taken.is_some().into());
         if let Some(taken) = taken {
             out.put(taken.into());
+        }
+        Ok(red_status::Ok)
+    })
+}
+
+/// Takes one warning of a deadline that will be missed, as far as is known since the last poll. Take warnings after a poll and
+/// before the next release. `count` is 1, or 0 where there was none; then the warning is not written. Only a configuration with
+/// RED_SHEDDING_HOPELESS looks ahead and warns.
+///
+/// Threads: one at a time on a scheduler. Real time: yes. Time: O(1). Errors: those of the handle.
+#[unsafe(no_mangle)]
+pub extern "C" fn red_scheduler_take_warning(
+    scheduler: *mut red_scheduler,
+    warning: *mut red_warning,
+    count: *mut u32,
+) -> red_status {
+    change(scheduler, |machine| {
+        let (out, count) = (Out::of(warning)?, Out::of(count)?);
+        let taken = machine.take_warning();
+        count.put(taken.is_some().into());
+        if let Some(taken) = taken {
+            out.put(taken);
         }
         Ok(red_status::Ok)
     })

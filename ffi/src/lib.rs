@@ -6,7 +6,7 @@
 //! | `boundary` | pointers from C, looked at before they are used |
 //! | `handles`, `name`, `guard` | what is open: a handle is a place and a generation, never an address; one call at a time |
 //! | `capacity` | the three classes of schedulers and graphs, and their sizes |
-//! | `values`, `config`, `node`, `action`, `event`, `proof` | structs and enumerations of the header |
+//! | `values`, `config`, `node`, `action`, `event`, `warning`, `proof` | structs and enumerations of the header |
 //! | `dag`, `dag_look` | graphs |
 //! | `scheduler`, `tasks`, `job`, `look` | the scheduler: open, tasks, the loop, what a host may ask |
 //! | `machine`, `graph` | a scheduler, a graph of any class |
@@ -52,6 +52,7 @@ mod tasks;
 #[cfg(test)]
 mod tests;
 mod values;
+mod warning;
 
 #[cfg(not(feature = "runtime"))]
 use {no_log as log, no_runtime as runtime};
@@ -74,3 +75,4 @@ pub use scheduler::*;
 pub use status::*;
 pub use tasks::*;
 pub use values::*;
+pub use warning::*;

@@ -9,6 +9,7 @@ use crate::guard::Guarded;
 use crate::log::{Log, Logged, calls};
 use crate::status::{flat, red_status, status};
 use crate::values::{RED_NONE_64, red_dag};
+use crate::warning::red_warning;
 use red_core::{
     Action, Bytes, Capacity, Certificate, CompleteError, Config, Dag, Dispatch, Duration, Empty, Estimator,
     Instant, JobId, LaneId, Member, NodeId, Outcome, PoolError, PoolId, Scheduler, SensorError, SensorId,
@@ -94,6 +95,7 @@ pub(crate) trait Machine: Logged {
     fn certificate(&self, task: TaskId) -> Option<Certificate>;
     fn fail(&mut self, unit: UnitId, now: Instant) -> Result<(), CompleteError>;
     fn take_outcome(&mut self) -> Option<Outcome>;
+    fn take_warning(&mut self) -> Option<red_warning>;
     fn retire_lane(&mut self, lane: LaneId) -> bool;
     fn restore_lane(&mut self, lane: LaneId) -> bool;
     fn poll_at(&self) -> Option<Instant>;
@@ -279,6 +281,11 @@ impl<C: Capacity> Machine for Host<C> {
 
     fn take_outcome(&mut self) -> Option<Outcome> {
         call!(self, |calls| calls.take_outcome())
+    }
+
+    fn take_warning(&mut self) -> Option<red_warning> {
+        let warning = self.scheduler.take_warning()?;
+        Some(red_warning::of(&warning, self.scheduler.now()))
     }
 
     fn retire_lane(&mut self, lane: LaneId) -> bool {

@@ -2,7 +2,7 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | `values`, `report` | structs and enumerations of the header |
+//! | `values`, `report`, `task_report` | structs and enumerations of the header |
 //! | `bodies` | which function runs for which node, and the call |
 //! | `notes` | jobs that ended and events, until somebody takes them |
 //! | `engine` | a runtime: being set up, running, ended |
@@ -23,6 +23,7 @@ mod prepared;
 mod report;
 mod run;
 mod set_up;
+mod task_report;
 mod tasks;
 #[cfg(test)]
 mod tests;
@@ -34,6 +35,7 @@ pub use open::*;
 pub use report::*;
 pub use run::*;
 pub use set_up::*;
+pub use task_report::red_task_report;
 pub use tasks::*;
 pub use values::*;
 

@@ -36,6 +36,8 @@ pub enum Call {
     Restore(LaneId),
     /// `remove_task`.
     Remove(TaskId),
+    /// `stood_still`, for so long.
+    StoodStill(Duration),
     /// `add_pool`.
     AddPool {
         /// How many lanes.
@@ -219,6 +221,7 @@ impl fmt::Display for Call {
             Self::TakeOutcome => f.write_str("take outcome"),
             Self::Edit(number) => write!(f, "edit {number}"),
             Self::Retire(lane) => write!(f, "retire lane {}", lane.index()),
+            Self::StoodStill(time) => write!(f, "stood still for {} ns", time.as_nanos()),
             Self::Restore(lane) => write!(f, "restore lane {}", lane.index()),
             Self::Remove(task) => write!(f, "remove task {}", task.index()),
             Self::AddPool { lanes, memory } => {

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 /// First bytes of every log.
 pub(crate) const MAGIC: [u8; 6] = *b"REDLOG";
 /// Version of the format that this crate writes, and the only one that it reads.
-pub const FORMAT: u16 = 4;
+pub const FORMAT: u16 = 5;
 
 /// A run is 146 years long at most, so that its end and a deadline later are times.
 pub(crate) const LONGEST_RUN_NS: u64 = 1 << 62;

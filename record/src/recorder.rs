@@ -8,8 +8,8 @@ use crate::tape::Tape;
 use core::hint::cold_path;
 use core::ops::Deref;
 use red_core::{
-    Action, Capacity, CommitError, CompleteError, Event, Instant, JobId, LaneId, Outcome, ReleaseError,
-    Scheduler, TaskId, UnitId,
+    Action, Capacity, CommitError, CompleteError, Duration, Event, Instant, JobId, LaneId, Outcome,
+    ReleaseError, Scheduler, TaskId, UnitId, Warning,
 };
 
 /// The calls of a scheduler, each written to the tape if there is one. What only looks is asked of the scheduler
@@ -176,10 +176,21 @@ impl<'a, C: Capacity> Recorder<'a, C> {
         answer
     }
 
+    /// [`Scheduler::stood_still`].
+    pub fn stood_still(&mut self, time: Duration, now: Instant) {
+        self.scheduler.stood_still(time, now);
+        self.put(now, Call::StoodStill(time), Answer::Nothing);
+    }
+
     /// [`Scheduler::take_event`]: no input, for nothing that the scheduler does depends on it.
     #[inline(always)]
     pub fn take_event(&mut self) -> Option<&Event> {
         self.scheduler.take_event()
+    }
+
+    /// [`Scheduler::take_warning`]: no input either.
+    pub fn take_warning(&mut self) -> Option<Warning> {
+        self.scheduler.take_warning()
     }
 
     /// The run ended at `now`: that and how it left the scheduler are the last entry. A log without it is refused.

@@ -190,6 +190,10 @@ impl SoFar {
             Call::Edit(number) => Answer::Edited(change(scheduler, number, now)),
             Call::Retire(lane) => Answer::Done(scheduler.retire_lane(lane)),
             Call::Restore(lane) => Answer::Done(scheduler.restore_lane(lane)),
+            Call::StoodStill(time) => {
+                scheduler.stood_still(time, now);
+                Answer::Nothing
+            }
             Call::Remove(task) => Answer::Done(scheduler.remove_task(task, now)),
             Call::AddPool { lanes, memory } => Answer::Pool(scheduler.add_pool(lanes, memory)),
             Call::DispatchAhead(pool) => Answer::Done(scheduler.dispatch_ahead(pool)),

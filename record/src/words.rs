@@ -19,7 +19,7 @@ use crate::entry::{Answer, Call, Entry, back, then};
 use crate::tape::Chunk;
 use codes::{COMMIT, RELEASE, REPORT, code, result, tag};
 use figures::{bits, numbers, put_outcome, take_end, take_outcome};
-use red_core::{Instant, JobId, LaneId, TaskId, UnitId};
+use red_core::{Duration, Instant, JobId, LaneId, TaskId, UnitId};
 pub(crate) use set_up::Told;
 
 /// Words that are written for one entry at most: what was held back, its time, its head and the end of the run.
@@ -152,6 +152,10 @@ impl Books {
                 head(Head::new(tag::REMOVE, yes.into()));
                 out.more(task.to_bits().into());
             }
+            (&Call::StoodStill(time), Answer::Nothing) => {
+                head(Head::new(tag::STOOD_STILL, 0));
+                out.more(time.as_nanos());
+            }
             (Call::End, Answer::End(end)) => {
                 head(Head::new(tag::END, 0));
                 numbers(end).into_iter().for_each(|number| out.more(number));
@@ -217,6 +221,7 @@ impl Books {
             tag::RETIRE => asked.map(|lane| (Call::Retire(lane), yes)),
             tag::RESTORE => asked.map(|lane| (Call::Restore(lane), yes)),
             tag::REMOVE => bits(next()?).map(|task| (Call::Remove(TaskId::from_bits(task)), yes)),
+            tag::STOOD_STILL => Some((Call::StoodStill(Duration::from_nanos(next()?)), Answer::Nothing)),
             tag::SET_UP => set_up::take(word & 0xFFF_FFFF, next)?,
             tag::END => Some((Call::End, Answer::End(take_end(next)?))),
             _ => None,

@@ -31,6 +31,8 @@ pub struct Run {
     pub hits: Vec<Hit>,
     /// Graph changes, in words.
     pub edits: Vec<(u64, String)>,
+    /// When nothing ran: from, until.
+    pub standstills: Vec<(u64, u64)>,
     /// When the run ended.
     pub end_ns: u64,
     /// Sub-jobs that ended after their sub-deadlines.

@@ -45,6 +45,14 @@ pub(crate) fn figure(run: &Run) -> String {
             WIDTH / BINS as f64
         );
     }
+    for (from_ns, until_ns) in &run.standstills {
+        let [from, until] = [from_ns, until_ns].map(|ns| *ns as f64 / end_ns as f64 * WIDTH);
+        let width = (until - from).max(1.0);
+        let _infallible = write!(
+            out,
+            "<rect class=\"still\" x=\"{from:.1}\" y=\"0\" width=\"{width:.1}\" height=\"{height}\"/>"
+        );
+    }
     for (at_ns, _) in &run.edits {
         let x = *at_ns as f64 / end_ns as f64 * WIDTH;
         let _infallible =

@@ -93,10 +93,11 @@ fn timeline(body: &mut String, run: &Run, number: usize) {
          aria-label=\"Timeline: lanes above, jobs below. Arrow keys move it, plus and minus zoom, n and p go to the next and the \
          previous miss; the tables of this page say the same.\"></canvas><div class=\"tip\" role=\"status\"></div>{}\
          <noscript><p class=\"note\">The drawing above is the whole run. With scripts allowed, a timeline to zoom stands here; all \
-         tables are complete without it.</p></noscript>{}<script type=\"application/json\">{data}</script></figure>",
+         tables are complete without it.</p></noscript>{}{}<script type=\"application/json\">{data}</script></figure>",
         overview::figure(run),
         LEGEND,
         sections::edits(run),
+        sections::standstills(run),
     );
     if !is_whole {
         body.push_str("<p class=\"note\">The run has more executions than the timeline draws: it has those around its first \

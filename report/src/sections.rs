@@ -111,6 +111,21 @@ pub(crate) fn tiles(run: &Run) -> String {
     out
 }
 
+/// When nothing ran, in words; empty where that never was.
+pub(crate) fn standstills(run: &Run) -> String {
+    let Some(longest) = run.standstills.iter().map(|(from, until)| until - from).max() else {
+        return String::new();
+    };
+    let count = run.standstills.len();
+    let all: u64 = run.standstills.iter().map(|(from, until)| until - from).sum();
+    format!(
+        "<p class=\"note\">Nothing ran {count} times, {} in all and {} at the longest: the process was halted, throttled, or \
+         out of its CPU quota. No node is blamed for that time, but jobs missed their deadlines by it.</p>",
+        time(all),
+        time(longest)
+    )
+}
+
 /// Facts: a title and a value each.
 pub(crate) fn facts(run: &Run) -> String {
     let mut out = String::from("<dl class=\"facts\">");

@@ -14,7 +14,7 @@ use crate::usage::Usage;
 use crate::waiting::Next;
 use crate::watchdog::{Armed, Bound};
 use core::sync::atomic::Ordering;
-use red_core::{Action, Capacity, Instant, LaneId, PoolId, Scheduler, UnitId};
+use red_core::{Action, Capacity, Duration, Instant, LaneId, PoolId, Scheduler, UnitId};
 use red_record::Recorder;
 use red_sync::{Exclusive, Requests};
 
@@ -117,11 +117,13 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
         self.figures.dispatched(start.saturating_sub(work.since_ns));
         self.figures.units += 1;
         let bound = work.wcet_ns.saturating_mul(BOUND_TIMES).saturating_add(BOUND_PLUS_NS);
-        let armed = self.watched(start, bound);
+        let (armed, stood) = (self.watched(start, bound), shared.standstills.total_ns());
         arm(false);
         let result = caught(|| self.handler.run(work));
         let end = shared.waiting.now();
-        let took = end.saturating_sub(start);
+        self.saw_standstill(end);
+        let stood = shared.standstills.total_ns() - stood;
+        let took = end.saturating_sub(start).saturating_sub(stood);
         self.figures.nodes_missed += u64::from(end > work.sub_deadline_ns);
         self.figures.busy_ns += took;
         self.figures.overruns += u64::from(took > work.wcet_ns);
@@ -140,6 +142,12 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
         self.is_kept(armed).then_some((ok, end))
     }
 
+    /// Counts a standstill that ends now, unless the watchdog did.
+    fn saw_standstill(&self, now: u64) {
+        let shared = self.shared;
+        shared.standstills.look(shared.waiting.origin_ns.saturating_add(now), || shared.last_turn_ns());
+    }
+
     /// Whether what the watchdog was shown is over in time. A thread whose bound has passed leaves, even if it could go
     /// on: its lane is retired, and gets a spare on the same seat. It was demoted and must not take the lock: the spare
     /// would spin for it on the CPU that it needs.
@@ -155,7 +163,8 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
 
     /// Shows the watchdog until when what begins now has to be over.
     fn watched(&self, start: u64, bound_ns: u64) -> Armed {
-        let deadline = self.shared.waiting.origin_ns.saturating_add(start).saturating_add(bound_ns);
+        let begin = self.shared.waiting.origin_ns.saturating_add(start);
+        let deadline = begin.saturating_sub(self.shared.standstills.total_ns()).saturating_add(bound_ns);
         self.shared.slots[self.number].arm(deadline)
     }
 
@@ -170,10 +179,21 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
                 let scheduler = &mut Recorder::new(scheduler, held.tape.as_mut());
                 // Read under the lock, so that time goes the way of the lock.
                 let now = Instant::from_nanos(shared.waiting.now());
+                shared.slots[self.number].turn(shared.waiting.origin_ns.saturating_add(now.as_nanos()));
+                let stood = shared.standstills.total_ns() - held.stood_ns;
+                if stood > 0 {
+                    held.stood_ns += stood;
+                    let stood = Duration::from_nanos(stood);
+                    scheduler.stood_still(stood, now);
+                    host.stood_still(stood, now);
+                }
                 self.report(scheduler, host, report, now);
                 let (goes_on, was_busy) = (!shared.waiting.is_stopping(), report.done.is_some());
                 let turn = goes_on
                     .then(|| self.decide(scheduler, requests, &mut held.timeline, host, was_busy, now));
+                while let Some(warning) = scheduler.take_warning() {
+                    host.warned(&warning, now);
+                }
                 while let Some(event) = scheduler.take_event() {
                     host.event(event);
                 }

@@ -63,6 +63,7 @@ pub mod sleeper;
 pub mod slot;
 pub mod spares;
 pub mod spin_lead;
+mod standstills;
 pub mod stop;
 pub mod stream;
 pub mod stream_seat;

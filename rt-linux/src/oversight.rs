@@ -6,35 +6,12 @@
 
 use crate::bell::Bell;
 use crate::shared::Shared;
+use crate::standstills;
 use crate::watchdog::{Expiry, Overseer};
-use core::sync::atomic::{AtomicU64, Ordering};
+use core::sync::atomic::Ordering;
 use red_core::{Capacity, Scheduler, UnitId};
 use red_sync::Exclusive;
 use std::sync::Arc;
-
-/// A look that comes later than this was kept from its CPU: longer than what one thread of higher priority takes.
-const STANDSTILL_NS: u64 = 20_000_000;
-
-/// Times in which the run's most urgent thread got no CPU: the process was halted, throttled, or out of its quota.
-#[derive(Debug, Default)]
-pub(crate) struct Standstills {
-    count: AtomicU64,
-    longest_ns: AtomicU64,
-}
-
-impl Standstills {
-    /// How many, and the longest in nanoseconds.
-    pub(crate) fn told(&self) -> (u64, u64) {
-        (self.count.load(Ordering::Relaxed), self.longest_ns.load(Ordering::Relaxed))
-    }
-
-    fn note(&self, late_ns: u64) {
-        if late_ns > STANDSTILL_NS {
-            self.count.fetch_add(1, Ordering::Relaxed);
-            self.longest_ns.fetch_max(late_ns, Ordering::Relaxed);
-        }
-    }
-}
 
 /// The watchdog's view of a run.
 pub(crate) struct Oversight<C: Capacity, H, L: Exclusive<Scheduler<C>>> {
@@ -61,9 +38,15 @@ where
         self.shared.lose(lane);
     }
 
-    fn looked(&mut self, late_ns: u64) {
+    fn woke(&mut self, now_ns: u64) -> u64 {
         let shared = &*self.shared;
-        shared.standstills.note(late_ns);
+        shared.standstills.look(now_ns, || shared.last_turn_ns());
+        shared.standstills.total_ns()
+    }
+
+    fn looked(&mut self, next_ns: u64) {
+        let shared = &*self.shared;
+        shared.standstills.expect(next_ns);
         for (seat, before) in shared.waiting.seats.iter().zip(&mut self.waiting) {
             let waits = seat.waiting();
             if waits.is_some() && waits == *before {
@@ -77,6 +60,6 @@ where
             }
         }
         // Some looks late, as the ring for it may be under way.
-        shared.waiting.look_after(STANDSTILL_NS);
+        shared.waiting.look_after(standstills::SHORTEST_NS);
     }
 }

@@ -175,7 +175,7 @@ where
     let starter = Starter { handlers, enclose, mode, stopper: stopper.clone() };
     let starting = starter.start_all::<C, H, L>(lanes)?;
 
-    let held = Held { timeline: Timeline::new(&releases, duration_ns), host: Some(host), tape };
+    let held = Held { timeline: Timeline::new(&releases, duration_ns), host: Some(host), tape, stood_ns: 0 };
     let spin_ns = if realtime { SPIN_NS } else { 0 };
     let shared = Shared::<C, H, L>::new(scheduler, held, streams, duration_ns, spin_ns, stopper.clone());
     let above = starter.mode.fifo(0).map(|f| Fifo { priority: f.priority + 1, ..f });
@@ -221,6 +221,9 @@ where
                 while stopper.stopped().is_none()
                     && held.timeline.release(scheduler, &mut host, now).is_some()
                 {}
+                while let Some(warning) = scheduler.take_warning() {
+                    host.warned(&warning, now);
+                }
                 while let Some(event) = scheduler.take_event() {
                     host.event(event);
                 }

@@ -4,8 +4,8 @@ use crate::control::Letter;
 use crate::errands::Errands;
 use crate::handler::Work;
 use crate::on_stream::Leaves;
-use crate::oversight::Standstills;
 use crate::spares::Spares;
+use crate::standstills::Standstills;
 use crate::stop::Stopper;
 use crate::stream_seat::Ahead;
 use crate::timeline::{Host, Timeline, release_one};
@@ -33,6 +33,8 @@ pub(crate) struct Held<H> {
     pub(crate) host: Option<H>,
     /// Of a run that is recorded; leaves at its end.
     pub(crate) tape: Option<Tape>,
+    /// Standstills that the scheduler was told of, in nanoseconds.
+    pub(crate) stood_ns: u64,
 }
 
 /// What lanes share.
@@ -91,6 +93,11 @@ impl<C: Capacity, H, L: Exclusive<Scheduler<C>>> Shared<C, H, L> {
             ahead: AtomicU64::new(0),
             standstills: Standstills::default(),
         })
+    }
+
+    /// When a lane last took a turn, on `CLOCK_MONOTONIC`.
+    pub(crate) fn last_turn_ns(&self) -> u64 {
+        self.slots.iter().map(Slot::turned_ns).max().unwrap_or(0)
     }
 
     /// Lanes leave, and who waits for one is told. Async-signal-safe and wait-free.

@@ -32,6 +32,8 @@ pub const LATEST: u64 = u64::MAX - 2;
 pub struct Slot {
     deadline_ns: AtomicU64,
     thread: AtomicI32,
+    /// When the lane last took a turn, on `CLOCK_MONOTONIC`.
+    turned_ns: AtomicU64,
 }
 
 /// A deadline that was armed, for [`Slot::disarm`].
@@ -58,8 +60,19 @@ impl Slot {
         /// A slot of no lane yet.
         #[must_use]
         pub fn new() -> Self {
-            Self { deadline_ns: AtomicU64::new(FREE), thread: AtomicI32::new(0) }
+            let (deadline_ns, turned_ns) = (AtomicU64::new(FREE), AtomicU64::new(0));
+            Self { deadline_ns, thread: AtomicI32::new(0), turned_ns }
         }
+    }
+
+    /// The lane takes a turn with the scheduler.
+    pub fn turn(&self, now_ns: u64) {
+        self.turned_ns.store(now_ns, Ordering::Relaxed);
+    }
+
+    /// When it last did.
+    pub fn turned_ns(&self) -> u64 {
+        self.turned_ns.load(Ordering::Relaxed)
     }
 
     /// Makes the thread of this number the one to demote. Once per lane, before it arms.

@@ -1,6 +1,6 @@
 //! What comes by the clock: periodic releases and changes, and what a run keeps of its jobs.
 
-use red_core::{Capacity, Event, Instant, JobId, Outcome, ReleaseError, TaskId};
+use red_core::{Capacity, Duration, Event, Instant, JobId, Outcome, ReleaseError, TaskId, Warning};
 use red_record::Recorder;
 
 /// What the host of a run does under the scheduler's lock. Nothing here may allocate, wait or log.
@@ -22,6 +22,16 @@ pub trait Host<C: Capacity>: Send {
 
     /// A job ended.
     fn ended(&mut self, outcome: &Outcome);
+
+    /// Nothing ran for so long until `now`: what runs did not execute meanwhile.
+    fn stood_still(&mut self, time: Duration, now: Instant) {
+        let _unused = (time, now);
+    }
+
+    /// A job will miss its deadline, as is known at `now`.
+    fn warned(&mut self, warning: &Warning, now: Instant) {
+        let _unused = (warning, now);
+    }
 
     /// An event of the record.
     fn event(&mut self, event: &Event);

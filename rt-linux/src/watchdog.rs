@@ -56,9 +56,16 @@ pub trait Overseer: Send + 'static {
     /// The bound of the slot with this index has passed; once for each.
     fn expired(&mut self, index: usize, expiry: Expiry);
 
-    /// A look at all slots is over. It began `late_ns` nanoseconds after it was due.
-    fn looked(&mut self, late_ns: u64) {
-        let _unused = late_ns;
+    /// A look begins at this instant of `CLOCK_MONOTONIC`. What it answers, in nanoseconds, is left out of all bounds: the
+    /// deadlines of the slots are instants of that clock less this.
+    fn woke(&mut self, now_ns: u64) -> u64 {
+        let _unused = now_ns;
+        0
+    }
+
+    /// A look at all slots is over; the next is due at this instant, or sooner.
+    fn looked(&mut self, next_ns: u64) {
+        let _unused = next_ns;
     }
 }
 
@@ -118,19 +125,20 @@ fn watch(slots: &[Slot], demotes: bool, stop: &Bell, mut overseer: impl Overseer
     let mut wake_at = now_ns();
     while stop.wait(Some(wake_at), 0) == Woken::TimedOut {
         let now = now_ns();
-        let late_ns = now.saturating_sub(wake_at);
+        let left_out = overseer.woke(now);
         wake_at = now + LONGEST_SLEEP_NS;
         for (index, slot) in slots.iter().enumerate() {
             let Some(deadline) = slot.deadline() else { continue };
-            if deadline > now {
-                wake_at = wake_at.min(deadline);
+            let passes_at = deadline.saturating_add(left_out);
+            if passes_at > now {
+                wake_at = wake_at.min(passes_at);
             } else if slot.claim(deadline) {
                 let expiry = slot.expire(|thread| demote(thread, demotes));
                 overseer.expired(index, expiry);
             }
         }
-        overseer.looked(late_ns);
         wake_at = wake_at.max(now + SHORTEST_SLEEP_NS);
+        overseer.looked(wake_at);
     }
 }
 

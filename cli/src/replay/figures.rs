@@ -29,6 +29,8 @@ pub(crate) struct Figures {
 /// A unit on its lane.
 struct OnLane {
     since: u64,
+    /// Time since then in which nothing ran.
+    stood: u64,
     members: Vec<Member>,
     /// Units that end before it starts.
     after: Vec<UnitId>,
@@ -92,7 +94,7 @@ impl Figures {
                 let beside = self.running.keys().filter(|other| other.lane() == unit.lane()).copied();
                 let after = scheduler.waits_for(unit).chain(beside).collect();
                 let members = scheduler.members(unit).collect();
-                self.running.insert(unit, OnLane { since: now, members, after });
+                self.running.insert(unit, OnLane { since: now, stood: 0, members, after });
             }
             (Call::Complete(unit), Answer::Reported(Ok(()) | Err(CompleteError::Late))) => {
                 self.executed(unit, now);
@@ -107,6 +109,11 @@ impl Figures {
                     }
                 }
             }
+            (Call::StoodStill(time), _) => {
+                for running in self.running.values_mut() {
+                    running.stood += time.as_nanos().min(now.saturating_sub(running.since));
+                }
+            }
             (_, Answer::Preempted(unit)) => drop(self.left(unit, now)),
             (Call::End, Answer::End(end)) => {
                 self.end = entry.now;
@@ -118,14 +125,14 @@ impl Figures {
 
     /// A unit left its lane: how long it had that, and its members.
     fn left(&mut self, unit: UnitId, now: u64) -> Option<(u64, Vec<Member>)> {
-        let OnLane { since, members, .. } = self.running.remove(&unit)?;
+        let OnLane { since, stood, members, .. } = self.running.remove(&unit)?;
         self.running
             .values_mut()
             .filter(|other| other.after.contains(&unit))
-            .for_each(|other| other.since = now);
+            .for_each(|other| (other.since, other.stood) = (now, 0));
         let took = now.saturating_sub(since);
         self.busy_ns[unit.lane().index() % 32] += took;
-        Some((took, members))
+        Some((took.saturating_sub(stood), members))
     }
 
     fn executed(&mut self, unit: UnitId, now: u64) {

@@ -30,6 +30,7 @@ pub(crate) struct Answer {
     pub(crate) report: String,
     end_ns: u64,
     edits: Vec<Edit>,
+    standstills: Vec<Standstill>,
     misses: Vec<Missed>,
     groups: Vec<Cause>,
     tried: Vec<Change>,
@@ -50,6 +51,13 @@ pub(crate) struct About {
 struct Edit {
     at_ns: u64,
     change: String,
+}
+
+/// Nothing ran.
+#[derive(Serialize)]
+struct Standstill {
+    from_ns: u64,
+    until_ns: u64,
 }
 
 #[derive(Serialize)]
@@ -126,6 +134,11 @@ impl Answer {
             log,
             report,
             end_ns: run.end_ns,
+            standstills: run
+                .standstills
+                .iter()
+                .map(|(from_ns, until_ns)| Standstill { from_ns: *from_ns, until_ns: *until_ns })
+                .collect(),
             edits: run
                 .edits
                 .iter()

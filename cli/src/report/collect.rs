@@ -119,6 +119,10 @@ impl Collector {
                 let rank = (value, (k > 0).then_some((m.into(), k.into())));
                 self.task(format!("task-{number}"), deadline.as_nanos(), rank, Vec::new(), scheduler, id);
             }
+            (Call::StoodStill(time), _) => {
+                let until_ns = entry.now.as_nanos();
+                self.run.standstills.push((until_ns.saturating_sub(time.as_nanos()), until_ns));
+            }
             (Call::Release { task, at, .. }, Answer::Released(answer)) => {
                 self.released(task, at.as_nanos(), entry.now.as_nanos(), answer.is_ok());
             }

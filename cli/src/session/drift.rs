@@ -6,7 +6,7 @@
 //! beside that changes no schedule.
 
 use hdrhistogram::Histogram;
-use red_core::{Event, EventKind, Instant};
+use red_core::{Duration, Event, EventKind, Instant};
 use red_workload::build::Numbered;
 use red_workload::metrics::nodes::{ExecutionTimes, NodeMetrics};
 use serde::Serialize;
@@ -82,6 +82,13 @@ impl Costs {
             _ => {}
         }
         self.last
+    }
+
+    /// Nothing ran for so long: it is no part of what the nodes take that run.
+    pub(crate) fn stood_still(&mut self, time: Duration, now: Instant) {
+        for started in self.started.iter_mut().flatten() {
+            *started = started.saturating_add(time).min(now);
+        }
     }
 
     /// The nodes of a task, with what they took.

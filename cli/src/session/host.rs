@@ -3,7 +3,9 @@
 
 use super::drift::Costs;
 use super::faults::Faults;
-use red_core::{Capacity, CommitError, Event, EventKind, Instant, JobId, Outcome, ReleaseError, TaskId};
+use red_core::{
+    Capacity, CommitError, Duration, Event, EventKind, Instant, JobId, Outcome, ReleaseError, TaskId,
+};
 use red_record::Recorder;
 use red_rt::timeline::Host;
 use red_workload::build::{self, Change};
@@ -49,6 +51,9 @@ impl Live {
     }
 }
 
+/// How many standstills are kept, for the trace.
+const STANDSTILLS: usize = 1024;
+
 /// The tables of a run.
 #[derive(Debug)]
 pub(crate) struct Notes {
@@ -56,6 +61,8 @@ pub(crate) struct Notes {
     pub(crate) logs: Vec<TaskLog>,
     /// Events for the trace; empty where none was asked for.
     pub(crate) events: Vec<Event>,
+    /// Standstills: from when until when, in nanoseconds since the start of the run; the first ones.
+    pub(crate) standstills: Vec<(u64, u64)>,
     /// Jobs and events that found no room.
     pub(crate) dropped: u64,
     /// Bodies that failed.
@@ -86,6 +93,7 @@ impl Notes {
         Self {
             logs: jobs.iter().map(|jobs| TaskLog::with_capacity(*jobs)).collect(),
             events: Vec::with_capacity(events),
+            standstills: Vec::with_capacity(STANDSTILLS),
             dropped: 0,
             faults: Faults::new(live.lanes.len()),
             costs,
@@ -154,6 +162,13 @@ impl<C: Capacity> Host<C> for Notes {
         add(if outcome.on_time() { &self.live.on_time } else { &self.live.missed });
         if outcome.shed.is_some() {
             add(&self.live.shed);
+        }
+    }
+
+    fn stood_still(&mut self, time: Duration, now: Instant) {
+        self.costs.stood_still(time, now);
+        if self.standstills.len() < self.standstills.capacity() {
+            self.standstills.push((now.as_nanos().saturating_sub(time.as_nanos()), now.as_nanos()));
         }
     }
 

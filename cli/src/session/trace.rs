@@ -2,7 +2,8 @@
 //!
 //! Process 1 has a row for each lane: a slice per sub-job, arrows along the edges of the graph, marks where a
 //! sub-deadline was missed or a WCET overrun. Process 2 has the rows of the tasks: a slice per job with what became of
-//! it, marks for its deadline, sheds and hits, and a row of graph versions where edits change the graph.
+//! it, marks for its deadline, predicted misses, sheds and hits, a row of graph versions where edits change the graph, and
+//! one of standstills where there were any.
 
 mod rows;
 mod slices;
@@ -75,6 +76,7 @@ impl<'a> Trace<'a> {
         };
         // What encloses comes before what it encloses: the sort below keeps this order within an instant.
         trace.versions();
+        trace.standstills();
         trace.jobs();
         trace.sub_jobs();
         trace.marks();
@@ -130,6 +132,10 @@ impl<'a> Trace<'a> {
                         json!({ "job": index }),
                     );
                 }
+                if let Some(at_ns) = job.warned_ns {
+                    let ahead = json!({ "job": index, "due_ns": job.deadline_ns });
+                    self.mark(at_ns, TASKS, *row, "miss predicted".to_owned(), ahead);
+                }
                 if end_ns > job.deadline_ns {
                     let late = json!({ "job": index, "late_ns": end_ns - job.deadline_ns });
                     self.mark(job.deadline_ns, TASKS, *row, "deadline missed".to_owned(), late);
@@ -154,6 +160,18 @@ impl<'a> Trace<'a> {
                 let end = starts.get(i + 1).copied().unwrap_or(*end_ns);
                 self.put(*start, TASKS, row, What::Version(title.to_owned(), end));
             }
+        }
+    }
+
+    /// When nothing ran.
+    fn standstills(&mut self) {
+        let row = self.titles.len();
+        let standstills = &self.session.notes.standstills;
+        if !standstills.is_empty() {
+            self.titles.push("standstills".to_owned());
+        }
+        for (from_ns, until_ns) in standstills {
+            self.put(*from_ns, TASKS, row, What::Version("nothing ran".to_owned(), *until_ns));
         }
     }
 

@@ -9,8 +9,8 @@ use crate::rights::{need_root, not_run};
 use crate::virtual_time::{MS, Small, at, chain, cost, drain, due, one_task, poll, runs_through};
 use red_core::{
     AddTaskError, Admission, Caps, CommitError, Config, Contention, Dag, DeadlineRule, Duration, Instant,
-    Levels, Node, NodeError, NodeId, Outcome, PoolError, ReleaseError, Scheduler, SubDeadlines,
-    TaskId, Wcet, shares,
+    Levels, Node, NodeError, NodeId, Outcome, PoolError, ReleaseError, Scheduler, SubDeadlines, TaskId, Wcet,
+    shares,
 };
 use red_rt::clock::suspended_ns;
 use red_tests::rng::Rng;

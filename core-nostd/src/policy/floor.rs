@@ -46,8 +46,17 @@ impl Floor {
         if window > 0 && self.newest.saturating_sub(index) + window > u64::from(MEMORY) {
             return false; // What was lost so far back is forgotten, so that the job is kept.
         }
-        // A window ends at `last`, between the job itself and the last that could contain it.
-        (index..index + window).all(|last| self.lost_up_to(last) < u32::from(self.allowed))
+        self.windows_of(index).all(|lost| lost < u32::from(self.allowed))
+    }
+
+    /// The most jobs that were lost in a window that contains job `index`. Time bound: O(k), at most 128.
+    pub fn most_lost_around(&self, index: u64) -> u32 {
+        self.windows_of(index).max().unwrap_or(0)
+    }
+
+    /// Lost jobs of each window that contains a job: it ends between the job itself and the last that could contain it.
+    fn windows_of(&self, index: u64) -> impl Iterator<Item = u32> {
+        (index..index + u64::from(self.window)).map(|last| self.lost_up_to(last))
     }
 
     /// Remembers how job `index` ended.

@@ -7,6 +7,7 @@
 //! *Time bound.* O(jobs + lanes + successors) for each node that starts or ends, with encoders O(jobs * encoders).
 
 mod course;
+mod heads;
 mod results;
 mod stop;
 
@@ -31,6 +32,10 @@ pub(super) struct Forward<C: Capacity> {
 }
 
 impl<C: Capacity> Forward<C> {
+    /// Before it begins.
+    const NEW: Self =
+        Self { end: Empty::EMPTY, first: Empty::EMPTY, pools: Empty::EMPTY, late: 0, laxity: u64::MAX };
+
     /// Of some jobs, those that start a node before another one ends, in a pool that this one still needs.
     pub(super) fn in_the_way(&self, of: usize, among: u64) -> u64 {
         let meets = |slot: &usize| self.first[*slot] < self.end[of] && self.share_a_pool(of, *slot);
@@ -68,7 +73,12 @@ impl<C: Capacity> Scheduler<C> {
     /// The forward schedule of a group of jobs in flight, a bit each.
     #[cold]
     pub(super) fn forward(&self, group: u64) -> Forward<C> {
-        let (end, first, pools) = (Empty::EMPTY, Empty::EMPTY, Empty::EMPTY);
-        Course::new(self, group, Forward { end, first, pools, late: 0, laxity: u64::MAX }).run()
+        Course::new(self, group, Forward::NEW).run()
+    }
+
+    /// Whether a job of a group ends by its deadline in the group's forward schedule. Time bound: as that, or less.
+    #[cold]
+    pub(super) fn ends_in_time(&self, slot: usize, group: u64) -> bool {
+        Course::new(self, group, Forward::NEW).ends_in_time(slot)
     }
 }

@@ -48,6 +48,7 @@ pub(crate) mod pools;
 mod preempt;
 pub(crate) mod release;
 mod standing;
+mod standstill;
 pub(crate) mod status;
 pub(crate) mod tasks;
 mod ticks;

@@ -44,6 +44,11 @@ impl<C: Capacity> Scheduler<C> {
     pub(super) fn watch(&mut self, slot: usize) {
         self.reopen();
         self.alarm = self.alarm.min(self.next_tick()).min(self.aborted_at(slot));
+        self.delayed();
+    }
+
+    /// More is to come, or it comes later: the next `poll` looks at the forward schedule.
+    pub(super) fn delayed(&mut self) {
         if self.config.shed == Shed::Hopeless {
             (self.monitor.worse, self.alarm) = (Instant::ZERO, Instant::ZERO);
         }
@@ -53,8 +58,8 @@ impl<C: Capacity> Scheduler<C> {
     pub(super) fn worsened(&mut self) {
         if self.config.shed == Shed::Hopeless {
             self.slots().for_each(|slot| self.jobs[slot].at = Instant::ZERO);
-            (self.monitor.worse, self.alarm) = (Instant::ZERO, Instant::ZERO);
         }
+        self.delayed();
     }
 
     /// When the first job is given up for being late.

@@ -55,7 +55,7 @@ impl<C: Capacity> Scheduler<C> {
             };
             let cause = self.cause_of(x, &forward, stay, &standings);
             let (goes, because) = if let Some(least) = bits(lower).min_by_key(|slot| standings[*slot])
-                && self.forward(stay & !lower).late >> x & 1 == 0
+                && self.ends_in_time(x, stay & !lower)
             {
                 (least, Some(x))
             } else if bits(forward.late & !kept & !(1 << x)).any(is_needed) {

@@ -5,6 +5,8 @@
 #include "values.hpp"
 #include "words.hpp"
 
+#include <optional>
+
 namespace red {
 
 /// How a job ended.
@@ -33,6 +35,34 @@ private:
     red_outcome c_{};
 };
 static_assert(sizeof(Outcome) == sizeof(red_outcome) && std::is_standard_layout_v<Outcome>, "an array is one of C's");
+
+/// A predicted deadline miss: told when it is known, and not when it is too late.
+class Warning {
+public:
+    /// It is given up already where its outcome says so.
+    [[nodiscard]] JobId job() const noexcept { return JobId(c_.job); }
+    [[nodiscard]] TaskId task() const noexcept { return TaskId(c_.task); }
+    /// The index of the job in its task, from 0.
+    [[nodiscard]] std::uint64_t index() const noexcept { return c_.index; }
+    [[nodiscard]] Time deadline() const noexcept { return time_from(c_.deadline_ns); }
+    /// When that was known.
+    [[nodiscard]] Time at() const noexcept { return time_from(c_.at_ns); }
+    /// How long after its deadline it would end, by the estimates of then. 0: it would not be late, but goes so that the
+    /// other job is in time.
+    [[nodiscard]] Nanoseconds by() const noexcept { return duration_from(c_.by_ns); }
+    /// Whose job takes the lanes it needs; nothing: it is late on its own.
+    [[nodiscard]] std::optional<TaskId> because_of() const noexcept {
+        return c_.because_task == RED_NONE ? std::nullopt : std::optional(TaskId(c_.because_task));
+    }
+    /// The index of that job in its task.
+    [[nodiscard]] std::uint64_t because_index() const noexcept { return c_.because_index; }
+    [[nodiscard]] const red_warning &c() const noexcept { return c_; }
+
+private:
+    friend class Scheduler;
+    red_warning c_{};
+};
+static_assert(sizeof(Warning) == sizeof(red_warning) && std::is_standard_layout_v<Warning>, "an array is one of C's");
 
 /// A unit that starts on its lane, or loses it.
 struct Dispatch {

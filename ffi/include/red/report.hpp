@@ -64,6 +64,46 @@ private:
     red_report c_;
 };
 
+/// What became of a task's jobs so far.
+class TaskReport {
+public:
+    TaskReport() noexcept { c_.struct_size = sizeof c_, c_.abi_version = RED_ABI_VERSION; }
+    /// Jobs released. Those that are neither on time nor missed are in flight.
+    [[nodiscard]] std::uint64_t released() const noexcept { return c_.released; }
+    /// Jobs that completed by their deadlines.
+    [[nodiscard]] std::uint64_t on_time() const noexcept { return c_.on_time; }
+    /// Jobs that completed late or were given up.
+    [[nodiscard]] std::uint64_t missed() const noexcept { return c_.missed; }
+    /// Jobs that were given up for this reason.
+    [[nodiscard]] std::uint64_t given_up(Shed reason) const noexcept {
+        switch (reason) {
+        case Shed::Hopeless: return c_.hopeless;
+        case Shed::Overload: return c_.overload;
+        case Shed::Urgency: return c_.urgency;
+        case Shed::Full: return c_.full;
+        case Shed::Late: return c_.late;
+        case Shed::Fault: return c_.fault;
+        case Shed::Removed: return c_.removed;
+        default: return 0;
+        }
+    }
+    /// Value of the jobs that were on time.
+    [[nodiscard]] std::uint64_t value_on_time() const noexcept { return c_.value_on_time; }
+    /// Value of all jobs released.
+    [[nodiscard]] std::uint64_t value_released() const noexcept { return c_.value_released; }
+    /// Jobs whose miss was predicted.
+    [[nodiscard]] std::uint64_t warned() const noexcept { return c_.warned; }
+    /// Whether the task has no floor, or kept it.
+    [[nodiscard]] bool floor_kept() const noexcept { return c_.floor_kept != 0; }
+    /// The fewest jobs on time in a window of the floor.
+    [[nodiscard]] std::uint32_t floor_worst() const noexcept { return c_.floor_worst; }
+    [[nodiscard]] const red_task_report &c() const noexcept { return c_; }
+
+private:
+    friend class Runtime;
+    red_task_report c_{};
+};
+
 /// What a runtime did so far, or did.
 class Report {
 public:

@@ -134,6 +134,13 @@ public:
         const Status looked = given ? said(red_runtime_certificate(&c_, task->value(), &proof.c_)) : given;
         return looked ? Result<Certificate>(proof) : looked;
     }
+    /// What became of the task's jobs so far; also after the end of the run.
+    [[nodiscard]] Result<TaskReport> report(Result<TaskId> task) noexcept {
+        TaskReport report;
+        const Status given = first_error(*this, task);
+        const Status looked = given ? said(red_runtime_task_report(&c_, task->value(), &report.c_)) : given;
+        return looked ? Result<TaskReport>(report) : looked;
+    }
     /// Begins an edit: the task's newest graph as one of its own, to be changed and given to commit. Closing it without a
     /// commit changes nothing.
     [[nodiscard]] Result<Dag> edit(Result<TaskId> task, DagMemory<Caps> &memory) noexcept {
@@ -213,6 +220,13 @@ public:
         auto *outcomes = reinterpret_cast<red_outcome *>(room.data());
         const Status taken = said(red_runtime_take_outcomes(&c_, outcomes, room.size(), &count));
         return Dag::filled<Outcome>(taken, room, count);
+    }
+    /// Takes the oldest warnings of deadlines that will be missed: as many as there are and `room` holds. 1,024 are kept.
+    Result<Span<const Warning>> take_warnings(Span<Warning> room) noexcept {
+        std::size_t count = 0;
+        auto *warnings = reinterpret_cast<red_warning *>(room.data());
+        const Status taken = said(red_runtime_take_warnings(&c_, warnings, room.size(), &count));
+        return Dag::filled<Warning>(taken, room, count);
     }
     /// Takes the oldest events: as many as there are and `room` holds. 8,192 are kept.
     Result<Span<const Event>> take_events(Span<Event> room) noexcept {

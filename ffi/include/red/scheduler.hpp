@@ -176,6 +176,15 @@ public:
         using Maybe = std::optional<Outcome>;
         return taken ? Result<Maybe>(count > 0 ? Maybe(outcome) : std::nullopt) : taken;
     }
+    /// Takes one warning of a deadline that will be missed, as far as is known since the last poll; nothing: there is none. After
+    /// a poll, and before the next release.
+    Result<std::optional<Warning>> take_warning() noexcept {
+        Warning warning;
+        std::uint32_t count = 0;
+        const Status taken = said(red_scheduler_take_warning(&c_, &warning.c_, &count));
+        using Maybe = std::optional<Warning>;
+        return taken ? Result<Maybe>(count > 0 ? Maybe(warning) : std::nullopt) : taken;
+    }
     /// When to poll even if nothing happens; `never`: not before something does. Any call may change it.
     [[nodiscard]] Result<Time> poll_at() const noexcept {
         std::uint64_t at_ns = RED_NONE_64;

@@ -106,6 +106,7 @@ enum class EventKind : std::uint32_t {
     Shed = RED_EVENT_KIND_SHED,
     Edited = RED_EVENT_KIND_EDITED,
     Evicted = RED_EVENT_KIND_EVICTED,
+    Warned = RED_EVENT_KIND_WARNED,
 };
 
 /// How the lanes of a runtime run.

@@ -362,7 +362,7 @@ fn run_to_the_end(
         let _told = tell.send(Ok(()));
     };
     let ran: Result<RunReport, SetupError> =
-        run(setup, Teller(notes), started, |_now_ns| ()).map(|(_host, report)| report);
+        run(setup, Teller::new(notes), started, |_now_ns| ()).map(|(_host, report)| report);
     drop(observer);
     let log_dropped = writer.map_or(0, |writer| {
         let (totals, why) = writer.finish();

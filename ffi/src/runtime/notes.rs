@@ -1,22 +1,27 @@
 //! Jobs that ended and events, until somebody takes them. Written under the scheduler's lock, without waiting.
 
+use super::task_report::TaskNotes;
 use crate::action::red_outcome;
 use crate::event::red_event;
+use crate::warning::red_warning;
 use core::sync::atomic::{AtomicU64, Ordering};
-use red_core::{Event, Instant, JobId, Outcome, ReleaseError};
+use red_core::{Capacity, Event, Floor, Instant, JobId, Outcome, ReleaseError, Warning};
 use red_record::class::Large;
 use red_rt::timeline::Host;
 use red_sync::Mailbox;
 use std::sync::Arc;
 
-/// Outcomes, and events, that wait to be taken at most.
+/// Outcomes, warnings and events that wait to be taken at most.
 const OUTCOMES: usize = 1024;
+const WARNINGS: usize = 1024;
 const EVENTS: usize = 8192;
 
 /// What a runtime tells.
 pub(crate) struct Notes {
     outcomes: Mailbox<red_outcome, OUTCOMES>,
+    warnings: Mailbox<red_warning, WARNINGS>,
     events: Mailbox<red_event, EVENTS>,
+    pub(crate) tasks: [TaskNotes; Large::TASKS],
     pub(crate) released: AtomicU64,
     pub(crate) on_time: AtomicU64,
     pub(crate) missed: AtomicU64,
@@ -32,7 +37,9 @@ impl Notes {
     #[expect(clippy::declare_interior_mutable_const, reason = "each runtime has one of its own")]
     const NEW: Self = Self {
         outcomes: Mailbox::new(),
+        warnings: Mailbox::new(),
         events: Mailbox::new(),
+        tasks: [const { TaskNotes::NEW }; Large::TASKS],
         released: AtomicU64::new(0),
         on_time: AtomicU64::new(0),
         missed: AtomicU64::new(0),
@@ -56,6 +63,16 @@ impl Notes {
         Some(outcome)
     }
 
+    /// The oldest warning. One thread at a time; a second one gets none.
+    pub(crate) fn take_warning(&self) -> Option<red_warning> {
+        let mut warning = self.warnings.pop()?;
+        let origin = self.origin_ns.load(Ordering::Relaxed);
+        for time in [&mut warning.deadline_ns, &mut warning.at_ns] {
+            *time = time.saturating_add(origin);
+        }
+        Some(warning)
+    }
+
     /// The oldest event. One thread at a time; a second one gets none.
     pub(crate) fn take_event(&self) -> Option<red_event> {
         let event = self.events.pop()?;
@@ -68,36 +85,67 @@ fn count(of: &AtomicU64) {
 }
 
 /// The host of the lanes.
-pub(crate) struct Teller(pub(crate) Arc<Notes>);
+pub(crate) struct Teller {
+    notes: Arc<Notes>,
+    floors: [Floor; Large::TASKS],
+}
+
+impl Teller {
+    pub(crate) fn new(notes: Arc<Notes>) -> Self {
+        Self { notes, floors: [const { Floor::new(0, 0) }; Large::TASKS] }
+    }
+}
 
 impl Host<Large> for Teller {
-    fn released(&mut self, _task: usize, _release: Instant, taken: Result<JobId, ReleaseError>) {
-        match taken {
-            Ok(_) => count(&self.0.released),
-            Err(ReleaseError::Full) => {
-                count(&self.0.released);
-                count(&self.0.shed);
-                count(&self.0.missed);
+    fn released(&mut self, task: usize, _release: Instant, taken: Result<JobId, ReleaseError>) {
+        if taken.is_err_and(|error| error != ReleaseError::Full) {
+            return;
+        }
+        let (notes, is_taken) = (&self.notes, taken.is_ok());
+        count(&notes.released);
+        if !is_taken {
+            count(&notes.shed);
+            count(&notes.missed);
+        }
+        if let (Some(of_task), Some(floor)) = (notes.tasks.get(task), self.floors.get_mut(task)) {
+            of_task.released();
+            if !is_taken {
+                of_task.refused(floor);
             }
-            Err(_) => {}
         }
     }
 
     fn ended(&mut self, outcome: &Outcome) {
-        count(if outcome.on_time() { &self.0.on_time } else { &self.0.missed });
+        let notes = &self.notes;
+        count(if outcome.on_time() { &notes.on_time } else { &notes.missed });
         if outcome.shed.is_some() {
-            count(&self.0.shed);
+            count(&notes.shed);
         }
-        let posted = self.0.outcomes.claim().is_some_and(|post| post.push((*outcome).into()).is_ok());
+        let task = outcome.task.index();
+        if let (Some(of_task), Some(floor)) = (notes.tasks.get(task), self.floors.get_mut(task)) {
+            of_task.ended(outcome, floor);
+        }
+        let posted = notes.outcomes.claim().is_some_and(|post| post.push((*outcome).into()).is_ok());
         if !posted {
-            count(&self.0.outcomes_dropped);
+            count(&notes.outcomes_dropped);
+        }
+    }
+
+    fn warned(&mut self, warning: &Warning, now: Instant) {
+        if let Some(of_task) = self.notes.tasks.get(warning.task.index()) {
+            of_task.warned();
+        }
+        let post = self.notes.warnings.claim();
+        let posted = post.is_some_and(|post| post.push(red_warning::of(warning, now)).is_ok());
+        if !posted {
+            count(&self.notes.events_dropped);
         }
     }
 
     fn event(&mut self, event: &Event) {
-        let posted = self.0.events.claim().is_some_and(|post| post.push(event.into()).is_ok());
+        let posted = self.notes.events.claim().is_some_and(|post| post.push(event.into()).is_ok());
         if !posted {
-            count(&self.0.events_dropped);
+            count(&self.notes.events_dropped);
         }
     }
 }

@@ -9,6 +9,7 @@ use crate::event::{red_event, red_figures};
 use crate::machine::figures;
 use crate::status::red_status;
 use crate::values::RED_NONE_64;
+use crate::warning::red_warning;
 use core::time::Duration;
 use red_core::TaskId;
 use red_rt::control::Refused;
@@ -103,6 +104,23 @@ pub extern "C" fn red_runtime_take_outcomes(
 ) -> red_status {
     on(runtime, |engine| {
         Room::of(outcomes, room, count)?.take(|| engine.notes.take_outcome());
+        Ok(red_status::Ok)
+    })
+}
+
+/// Takes the oldest warnings of deadlines that will be missed: up to `room` into `warnings`, and how many into `count`. 1,024
+/// are kept; what finds no room is counted in red_report: events_dropped. Times are of CLOCK_MONOTONIC.
+///
+/// Threads: one at a time. Real time: yes. Time: O(room). Errors: those of the handle, RED_STATUS_FORKED.
+#[unsafe(no_mangle)]
+pub extern "C" fn red_runtime_take_warnings(
+    runtime: *mut red_runtime,
+    warnings: *mut red_warning,
+    room: usize,
+    count: *mut usize,
+) -> red_status {
+    on(runtime, |engine| {
+        Room::of(warnings, room, count)?.take(|| engine.notes.take_warning());
         Ok(red_status::Ok)
     })
 }

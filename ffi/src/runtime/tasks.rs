@@ -2,7 +2,9 @@
 //! Tasks of a runtime: admitted, edited, removed, before the start and while lanes run.
 
 use super::bodies::Bodies;
+use super::notes::Notes;
 use super::open::with_room;
+use super::task_report::red_task_report;
 use super::values::{red_callback, red_runtime};
 use crate::boundary::{Array, Memory, Out, OutGrowing, take, take_growing};
 use crate::dag::open_dag;
@@ -63,8 +65,12 @@ impl Given {
         scheduler: &mut Recorder<'_, Large>,
         timing: Timing,
         bodies: &Bodies,
+        notes: &Notes,
     ) -> Result<TaskId, red_status> {
         let task = scheduler.add_task(&self.dag, timing)?;
+        if let Some(of_task) = notes.tasks.get(task.index()) {
+            of_task.begin(task, &timing);
+        }
         bodies.set(task, scheduler.counters().units, &self.callbacks);
         Ok(task)
     }
@@ -123,8 +129,8 @@ pub extern "C" fn red_runtime_add_task(
         if given.dag.nodes().any(|node| !given.has(node)) {
             return Err(red_status::NoBody);
         }
-        let bodies = engine.bodies.clone();
-        let added = engine.change(move |scheduler, _now| given.add(scheduler, timing, &bodies))?;
+        let (bodies, notes) = (engine.bodies.clone(), engine.notes.clone());
+        let added = engine.change(move |scheduler, _now| given.add(scheduler, timing, &bodies, &notes))?;
         out.put(added.to_bits());
         Ok(red_status::Ok)
     })
@@ -159,6 +165,25 @@ pub extern "C" fn red_runtime_certificate(
         let task = TaskId::from_bits(task);
         let proof = engine.look(move |scheduler| scheduler.certificate(task))?;
         out.put(proof.ok_or(red_status::UnknownTask)?.into());
+        Ok(red_status::Ok)
+    })
+}
+
+/// What became of the task's jobs so far; also after the end of the run.
+///
+/// Threads: any but a body's, at once. Real time: no. Time: until a lane has a turn. Errors: RED_STATUS_UNKNOWN_TASK,
+/// RED_STATUS_BUSY: from a body; RED_STATUS_FORKED, RED_STATUS_NO_MEMORY.
+#[unsafe(no_mangle)]
+pub extern "C" fn red_runtime_task_report(
+    runtime: *mut red_runtime,
+    task: u32,
+    report: *mut red_task_report,
+) -> red_status {
+    with_room(runtime, |engine| {
+        let out = OutGrowing::of(report)?;
+        let task = TaskId::from_bits(task);
+        let of_task = engine.notes.tasks.get(task.index()).ok_or(red_status::UnknownTask)?;
+        out.put(of_task.report(task).ok_or(red_status::UnknownTask)?);
         Ok(red_status::Ok)
     })
 }

@@ -161,7 +161,7 @@ fn a_body_is_called_with_what_came_with_it_while_another_takes_its_place() {
 fn outcomes_and_events_reach_who_takes_them() {
     let notes = Notes::new();
     notes.origin_ns.store(1_000, Ordering::Relaxed);
-    let mut teller = Teller(notes.clone());
+    let mut teller = Teller::new(notes.clone());
     let tells = thread::spawn(move || {
         for i in 0..ROUNDS {
             teller.ended(&Outcome { index: i, ..Outcome::EMPTY });

@@ -147,6 +147,12 @@ static void of_the_loop(void) {
     WRONG(uint32_t, red_scheduler_take_outcome, &scheduler, &outcome, X);
     CALL(RED_OK, red_scheduler_take_outcome, &scheduler, &outcome, &number);
     EXPECT(number == 1);
+    red_warning warning;
+    WRONG(red_scheduler, red_scheduler_take_warning, X, &warning, &number);
+    WRONG(red_warning, red_scheduler_take_warning, &scheduler, X, &number);
+    WRONG(uint32_t, red_scheduler_take_warning, &scheduler, &warning, X);
+    CALL(RED_OK, red_scheduler_take_warning, &scheduler, &warning, &number);
+    EXPECT(number == 0);
     WRONG(red_scheduler, red_scheduler_take_events, X, events, 4, &count);
     WRONG(red_event, red_scheduler_take_events, &scheduler, X, 4, &count);
     WRONG(size_t, red_scheduler_take_events, &scheduler, events, 4, X);

@@ -97,6 +97,10 @@ static void left_over(void) {
     CALL(RED_STATUS_FORKED, red_runtime_wait, &runtime, RED_NONE_64);
     CALL(RED_STATUS_FORKED, red_runtime_figures, &runtime, &figures);
     CALL(RED_STATUS_FORKED, red_runtime_take_outcomes, &runtime, &outcome, 1, &count);
+    red_warning warning;
+    red_task_report of_task = RED_TASK_REPORT_INIT;
+    CALL(RED_STATUS_FORKED, red_runtime_take_warnings, &runtime, &warning, 1, &count);
+    CALL(RED_STATUS_FORKED, red_runtime_task_report, &runtime, task, &of_task);
     CALL(RED_STATUS_FORKED, red_runtime_take_events, &runtime, &event, 1, &count);
     CALL(RED_STATUS_FORKED, red_runtime_add_pool, &runtime, 1, RED_NONE_64, &number);
     CALL(RED_STATUS_FORKED, red_runtime_add_cuda_pool, &runtime, 0, 1, RED_NONE_64, &number);

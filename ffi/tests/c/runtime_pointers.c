@@ -39,6 +39,13 @@ void test_runtime_pointers(void) {
     WRONG(red_runtime, red_runtime_take_outcomes, X, outcomes, 1, &count);
     WRONG(red_outcome, red_runtime_take_outcomes, &runtime, X, 1, &count);
     WRONG(size_t, red_runtime_take_outcomes, &runtime, outcomes, 1, X);
+    red_warning warnings[1];
+    WRONG(red_runtime, red_runtime_take_warnings, X, warnings, 1, &count);
+    WRONG(red_warning, red_runtime_take_warnings, &runtime, X, 1, &count);
+    WRONG(size_t, red_runtime_take_warnings, &runtime, warnings, 1, X);
+    red_task_report of_task = RED_TASK_REPORT_INIT;
+    WRONG(red_runtime, red_runtime_task_report, X, 0, &of_task);
+    WRONG(red_task_report, red_runtime_task_report, &runtime, 0, X);
     WRONG(red_runtime, red_runtime_take_events, X, events, 1, &count);
     WRONG(red_event, red_runtime_take_events, &runtime, X, 1, &count);
     WRONG(size_t, red_runtime_take_events, &runtime, events, 1, X);

@@ -56,8 +56,16 @@ static void failures(void) {
     uint32_t state = 7;
     CALL(RED_OK, red_runtime_state_of, &runtime, &state);
     EXPECT(state == RED_RUNTIME_STATE_RUNNING);
+    red_warning warnings[4];
+    CALL(RED_OK, red_runtime_take_warnings, &runtime, warnings, 4, &count);
+    EXPECT(count == 0);
     CALL(RED_OK, red_runtime_stop, &runtime);
     CALL(RED_OK, red_runtime_wait, &runtime, 60 * SECOND);
+    red_task_report of_task = RED_TASK_REPORT_INIT;
+    CALL(RED_STATUS_UNKNOWN_TASK, red_runtime_task_report, &runtime, task + 1, &of_task);
+    CALL(RED_OK, red_runtime_task_report, &runtime, task, &of_task);
+    EXPECT(of_task.released == 4 && of_task.on_time == 1 && of_task.missed == 3 && of_task.fault == 3);
+    EXPECT(of_task.value_on_time == 1 && of_task.value_released == 4 && of_task.floor_kept == 1 && of_task.warned == 0);
     CALL(RED_OK, red_runtime_report, &runtime, &report);
     EXPECT(report.state == RED_RUNTIME_STATE_ENDED && report.failed == 3 && report.units == 4 && report.stopped == 1);
     EXPECT(report.allocations == 0 && report.surrender == RED_SURRENDER_NO && report.threads_died == 0);

@@ -207,9 +207,30 @@ void ahead() {
     CHECK(ended_by_that.ended()->shed() == red::Shed::Fault);
 }
 
+/// Of two jobs of which one lane ends one in time, the one of the lower value is warned of at once, and because of whom.
+void warnings() {
+    auto scheduler = red::Scheduler::open(memory, red::Config::redrt().lanes(1));
+    const auto task = [&](red::Nanoseconds deadline, std::uint32_t value) {
+        auto dag = red::Dag::open(dag_memory);
+        CHECK(dag->add_node(red::Node::ordinary(4ms)).ok());
+        return scheduler->add_task(*dag, red::Timing::sporadic(deadline).value(value));
+    };
+    const auto low = task(6ms, 1), high = task(7ms, 2);
+    CHECK(scheduler->release(low, at(1ms)).ok() && scheduler->release(high, at(1ms)).ok());
+    CHECK(scheduler->take_warning().ok() && !*scheduler->take_warning());
+    const auto ended = scheduler->poll(at(1ms));
+    CHECK(ended.ended() && ended.ended()->shed() == red::Shed::Overload && ended.ended()->task() == *low);
+    const auto warning = **scheduler->take_warning();
+    CHECK(warning.task() == *low && warning.index() == 0 && warning.job() == ended.ended()->job());
+    CHECK(warning.because_of() == *high && warning.because_index() == 0 && warning.by() == 0ns);
+    CHECK(warning.at() == at(1ms) && warning.deadline() == at(7ms) && warning.c().by_ns == 0);
+    CHECK(!*scheduler->take_warning());
+}
+
 } // namespace
 
 int main() {
+    warnings();
     ahead();
     configs();
     graphs();

@@ -34,7 +34,8 @@ struct Work {
         work.end[job] = now();
     }
     static std::uint64_t now() { return static_cast<std::uint64_t>(Runtime::now().time_since_epoch().count()); }
-    unsigned launched = 0;
+    // Two jobs may be on two streams at once.
+    std::atomic<unsigned> launched{0};
 };
 
 struct Robot {

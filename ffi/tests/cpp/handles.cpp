@@ -38,7 +38,7 @@ void answers(red::Scheduler &scheduler, red_status why) {
     CHECK(ended(scheduler.release(task, now), why) && ended(scheduler.release_at(task, now, 1, now), why));
     CHECK(ended(scheduler.poll(now), why) && ended(scheduler.poll_on(red::LaneId(0), now), why) && ended(scheduler.polled(), why));
     CHECK(ended(scheduler.complete(unit, now), why) && ended(scheduler.complete_and_poll(unit, now), why));
-    CHECK(ended(scheduler.fail(unit, now), why) && ended(scheduler.take_outcome(), why) && ended(scheduler.poll_at(), why));
+    CHECK(ended(scheduler.fail(unit, now), why) && ended(scheduler.take_outcome(), why) && ended(scheduler.take_warning(), why) && ended(scheduler.poll_at(), why));
     CHECK(ended(scheduler.unit(unit), why) && ended(scheduler.members(unit, members), why) && ended(scheduler.job(task, 0), why));
     CHECK(ended(scheduler.executions(task, red::NodeId(0)), why) && ended(scheduler.figures(), why));
     CHECK(ended(scheduler.take_events(events), why) && ended(scheduler.memory_used(red::first_pool), why));

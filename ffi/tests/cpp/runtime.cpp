@@ -33,6 +33,8 @@ void answers(Runtime &runtime, red_status why) {
     CHECK(ended(runtime.commit(*dag, red::Bodies()), why) && ended(runtime.release(task), why) && ended(runtime.stop(), why));
     CHECK(ended(runtime.wait(), why) && ended(runtime.wait(1ms), why) && ended(runtime.state(), why));
     CHECK(ended(runtime.report(), why) && ended(runtime.figures(), why) && ended(runtime.take_outcomes(outcomes), why));
+    std::array<red::Warning, 4> warnings;
+    CHECK(ended(runtime.take_warnings(warnings), why) && ended(runtime.report(task), why));
     CHECK(ended(runtime.take_events(events), why) && std::strcmp(runtime.message(text), red_status_text(why)) == 0);
     CHECK(ended(runtime.close(), why));
 }
@@ -157,6 +159,15 @@ void bodies_of_every_kind() {
     CHECK(end.dispatch_p50() <= end.dispatch_p99() && end.dispatch_p99() <= end.dispatch_max() && end.overhead_per_unit() > 0ns);
     CHECK(end.encoder_runs_saved() == 0 && end.nodes_missed() <= 8 && end.overruns() <= 8 && end.standstills() < 1000);
     CHECK(end.longest_standstill() >= 0ns && end.page_faults() < 1'000'000);
+    const auto of_task = *runtime.report(task);
+    CHECK(of_task.released() == 1 && of_task.on_time() == 1 && of_task.missed() == 0 && of_task.warned() == 0);
+    CHECK(of_task.value_on_time() == 1 && of_task.value_released() == 1 && of_task.floor_kept() && of_task.floor_worst() == 0);
+    for (const auto reason : {red::Shed::Not, red::Shed::Hopeless, red::Shed::Overload, red::Shed::Urgency, red::Shed::Full,
+             red::Shed::Late, red::Shed::Fault, red::Shed::Removed}) {
+        CHECK(of_task.given_up(reason) == 0);
+    }
+    std::array<red::Warning, 4> warnings;
+    CHECK(of_task.c().released == 1 && runtime.take_warnings(warnings)->empty());
     std::array<red::Outcome, 4> outcomes;
     const auto taken = runtime.take_outcomes(outcomes);
     CHECK(taken->size() == 1 && (*taken)[0].on_time() && (*taken)[0].deadline() == due && (*taken)[0].task() == *task);

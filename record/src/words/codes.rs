@@ -56,6 +56,7 @@ pub(super) mod tag {
     pub(in crate::words) const TURN: u64 = 11;
     /// Which one is in the place of the other lane.
     pub(in crate::words) const SET_UP: u64 = 12;
+    pub(in crate::words) const STOOD_STILL: u64 = 13;
 }
 
 /// Kinds of set-up calls, and of the parts of their graphs.

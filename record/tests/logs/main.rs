@@ -226,8 +226,8 @@ fn other_formats_are_told_apart() {
         bytes[6..8].copy_from_slice(&format.to_le_bytes());
         again(&bytes, |_| {})
     };
-    assert!(matches!(with_format(FORMAT - 1), Err(LogError::Older(3))));
-    assert!(matches!(with_format(FORMAT + 1), Err(LogError::Newer(5))));
+    assert!(matches!(with_format(FORMAT - 1), Err(LogError::Older(4))));
+    assert!(matches!(with_format(FORMAT + 1), Err(LogError::Newer(6))));
     assert!(matches!(again(b"PK\x03\x04 something else", |_| {}), Err(LogError::NotALog)));
 }
 

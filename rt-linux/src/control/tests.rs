@@ -21,7 +21,7 @@ type Run = Shared<Small, Silent, TicketLock<Scheduler<Small>>>;
 
 /// A run of which no lane is heard.
 fn run(until_ns: u64) -> Arc<Run> {
-    let held = Held { timeline: Timeline::new(&[], until_ns), host: Some(Silent), tape: None };
+    let held = Held { timeline: Timeline::new(&[], until_ns), host: Some(Silent), tape: None, stood_ns: 0 };
     Shared::new(Box::new(Scheduler::new(Config::EDF)), held, 0, until_ns, 0, Arc::new(Stopper::new(None)))
 }
 

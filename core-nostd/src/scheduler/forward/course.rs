@@ -1,6 +1,7 @@
 //! A forward schedule on its way: lanes and jobs as they are taken up, filled and freed.
 
 use super::Forward;
+use super::heads::Heads;
 use super::stop::Stopped;
 use crate::capacity::{Capacity, Empty};
 use crate::graph::NodeSet;
@@ -40,8 +41,7 @@ pub(super) struct Course<'a, C: Capacity> {
     pub(super) now: u64,
     pub(super) group: u64,
     pub(super) jobs: C::Jobs<Going<C>>,
-    /// By pool and job: key of the first ready node, the largest where nothing is ready.
-    pub(super) heads: C::Pools<C::Jobs<i64>>,
+    heads: Heads<C>,
     pub(super) lanes: C::Lanes<Taken>,
     pub(super) busy: u32,
     pub(super) stopped: C::Lanes<Stopped>,
@@ -49,8 +49,6 @@ pub(super) struct Course<'a, C: Capacity> {
     pub(super) shares: bool,
     forward: Forward<C>,
 }
-
-const NOTHING: i64 = i64::MAX;
 
 impl<'a, C: Capacity> Course<'a, C> {
     /// At its beginning, with nobody's end known.
@@ -61,7 +59,7 @@ impl<'a, C: Capacity> Course<'a, C> {
             now: scheduler.now.as_nanos(),
             group,
             jobs: Empty::EMPTY,
-            heads: Empty::EMPTY,
+            heads: Heads::of(scheduler, group),
             lanes: Empty::EMPTY,
             busy: 0,
             stopped: Empty::EMPTY,
@@ -74,25 +72,36 @@ impl<'a, C: Capacity> Course<'a, C> {
 
     /// Until nothing runs any more.
     pub(super) fn run(mut self) -> Forward<C> {
-        // Each round ends a unit: at most as many rounds as nodes, lanes and losses of a lane.
-        loop {
-            self.scheduler.pool_numbers().for_each(|pool| self.fill(pool));
-            let Some(next) = bits(self.busy.into()).map(|lane| self.lanes[lane].end).min() else { break };
-            self.now = next;
-            for lane in bits(self.busy.into()) {
-                if self.lanes[lane].end == next {
-                    self.finish(lane);
-                }
+        while self.step(u64::MAX) {}
+        self.forward.judged(self.scheduler, self.group)
+    }
+
+    /// Whether a job ends by its deadline; no longer than until that is known.
+    pub(super) fn ends_in_time(mut self, slot: usize) -> bool {
+        let due = self.scheduler.jobs[slot].deadline.as_nanos();
+        while self.forward.end[slot] == u64::MAX && self.step(due) {}
+        self.forward.end[slot] <= due
+    }
+
+    /// Fills the lanes, and goes on to the next end of a unit: false where there is none by `until`. Each step ends a
+    /// unit: there are at most as many as nodes, lanes and losses of a lane.
+    fn step(&mut self, until: u64) -> bool {
+        self.scheduler.pool_numbers().for_each(|pool| self.fill(pool));
+        let next = bits(self.busy.into()).map(|lane| self.lanes[lane].end).min();
+        let Some(next) = next.filter(|next| *next <= until) else { return false };
+        self.now = next;
+        for lane in bits(self.busy.into()) {
+            if self.lanes[lane].end == next {
+                self.finish(lane);
             }
         }
-        self.forward.judged(self.scheduler, self.group)
+        true
     }
 
     /// Takes everything up as it is now.
     fn set_out(&mut self) {
         let s = self.scheduler;
         for slot in bits(self.group) {
-            s.pool_numbers().for_each(|pool| self.heads[pool][slot] = NOTHING);
             let (job, going) = (&s.jobs[slot], &mut self.jobs[slot]);
             (going.ready, going.gone) = (job.ready, job.done);
             going.ready.extend(&job.parked);
@@ -120,34 +129,19 @@ impl<'a, C: Capacity> Course<'a, C> {
 
     /// Fills the free lanes of a pool in order of dispatch; with preemption, takes lanes from larger keys too.
     fn fill(&mut self, pool: usize) {
-        while let Some(slot) = self.first_in(pool) {
+        // Each round starts a node.
+        loop {
             let free = self.scheduler.pools[pool].lanes & !self.busy;
-            if free == 0 && !(self.scheduler.config.preempt && self.stop_one(pool, slot)) {
+            if free == 0 && !self.scheduler.config.preempt {
+                return;
+            }
+            let Some(slot) = self.heads.first(pool) else { return };
+            if free == 0 && !self.stop_one(pool, slot) {
                 return;
             }
             let free = self.scheduler.pools[pool].lanes & !self.busy;
             self.start(pool, slot, free.trailing_zeros() as usize);
         }
-    }
-
-    /// The job whose head is first in a pool.
-    fn first_in(&self, pool: usize) -> Option<usize> {
-        let heads = &self.heads[pool];
-        let tie = |slot: usize| {
-            let job = &self.scheduler.jobs[slot];
-            (job.release, job.task.index(), job.index)
-        };
-        let mut first: Option<usize> = None;
-        for slot in bits(self.group) {
-            let key = heads[slot];
-            let is_first = match first {
-                _ if key == NOTHING => false,
-                Some(least) => key < heads[least] || key == heads[least] && tie(slot) < tie(least),
-                None => true,
-            };
-            first = if is_first { Some(slot) } else { first };
-        }
-        first
     }
 
     pub(super) fn head_of(&self, pool: usize, slot: usize) -> Option<usize> {
@@ -158,8 +152,8 @@ impl<'a, C: Capacity> Course<'a, C> {
     pub(super) fn requeue(&mut self, slot: usize) {
         let (s, version) = (self.scheduler, self.scheduler.version(slot));
         for pool in bits(version.pool_mask.into()) {
-            let key = |rank| s.jobs[slot].key_of(version, rank, s.residual).min(NOTHING - 1);
-            self.heads[pool][slot] = self.head_of(pool, slot).map_or(NOTHING, key);
+            let key = |rank| s.jobs[slot].key_of(version, rank, s.residual);
+            self.heads.set(pool, slot, self.head_of(pool, slot).map(key));
         }
     }
 
