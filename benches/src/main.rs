@@ -15,6 +15,7 @@ mod machine;
 mod measure;
 mod not_run;
 mod ours;
+mod overload;
 mod peers;
 mod queue;
 mod sections;

@@ -12,6 +12,7 @@ use crate::growth;
 use crate::handoff;
 use crate::machine::Machine;
 use crate::measure::{Plan, Row, interleave};
+use crate::overload;
 use crate::peers::{
     Contestant, EMBASSY, FROM_RUST, IDEAL, NOT_RECORDED, ONE_LANE, RECORDED, RELEASED_FROM_OUTSIDE, Setup,
     THROUGH_ABI, TWO_LANES,
@@ -44,6 +45,7 @@ pub(crate) const SECTIONS: &[Section] = &[
     ("state", state),
     ("growth", growth),
     ("edit", edit),
+    ("overload", overload),
 ];
 
 impl Bench {
@@ -252,4 +254,23 @@ fn edit(bench: &Bench) -> Outcome {
         rows: interleave(edit::field(&graph), &plan),
     }
     .print()
+}
+
+fn overload(bench: &Bench) -> Outcome {
+    let fields = [
+        ("8 jobs of 8 nodes", 10_000.0, overload::few()),
+        ("64 jobs of 16 nodes", 200_000.0, overload::many()),
+    ];
+    let tables = fields.into_iter().map(|(what, bound, entries)| {
+        let plan = Plan { rounds: bench.rounds(), samples: 9, runs: 16, units: 1 };
+        Table {
+            title: format!("a look at the forward schedule of {what}"),
+            unit: "ns/look",
+            reference: overload::READ_ONCE,
+            must: &[Must::Figure(bound)],
+            rows: interleave(entries, &plan),
+        }
+        .print()
+    });
+    tables.sum()
 }

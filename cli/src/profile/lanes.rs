@@ -23,6 +23,8 @@ use std::time::Duration;
 
 /// Runs of a measurement at least, also of a slow body.
 const FEWEST: usize = 3;
+/// Executions of a node before those that count; even, for a frame serves two calls.
+const WARM_UP: usize = 2;
 /// Stack in memory before the first run.
 const STACK: usize = 256 * 1024;
 /// A lane rests after so much work, for one part in `REST_SHARE` of it: the kernel takes 5 % of each second from
@@ -260,7 +262,7 @@ impl Lane {
 
     /// Runs passes until the drill is over, and ends it when it leads or fails.
     fn serve(&mut self, order: &Order) -> Result<Times, Fault> {
-        let fed = order.pass.iter().try_for_each(|place| self.feed(place));
+        let fed = order.pass.iter().try_for_each(|place| self.feed(place).and_then(|()| self.warm_up(place)));
         let mut times = Times::with_capacity(self.bounds.runs);
         order.drill.start.wait();
         let result = fed.and_then(|()| self.passes(order, &mut times));
@@ -292,6 +294,11 @@ impl Lane {
     /// Has a decoder's encoder write what the decoder reads.
     fn feed(&mut self, place: &Place) -> Result<(), Fault> {
         place.encoder.map_or(Ok(()), |encoder| self.execute(place, encoder).map(drop))
+    }
+
+    /// Executions that are no samples: the first of a body may load and allocate what all later ones find.
+    fn warm_up(&mut self, place: &Place) -> Result<(), Fault> {
+        (0..WARM_UP).try_for_each(|_| self.execute(place, place.node).map(drop))
     }
 
     /// Time of one execution, in nanoseconds. Every frame serves two calls: the first draws it, as the first node of
