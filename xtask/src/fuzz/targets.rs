@@ -18,7 +18,9 @@ pub(super) struct Planted {
     pub(super) name: &'static str,
     /// One of these: what goes wrong first is for the input to say.
     pub(super) says: &'static [&'static str],
-    /// Executions in which it has to be found: at least ten times what the slowest of ten other seeds took.
+    /// Executions in which it has to be found: ten times and more what the slowest of ten other seeds took, as far as it was
+    /// measured. That was 2 for what any call shows, 24 for `refused`, 1,408 for `generation`, 2,565 for `lane`, 3,310 for
+    /// `status`, 15,380 for `log`, 47,065 for `body`, 217 for `core_calls`, 2,991 for `replay_log`.
     pub(super) within: u64,
 }
 
@@ -91,8 +93,8 @@ pub(super) const TARGETS: &[Target] = &[
             Planted::new("lane", 100_000, LANE),
             Planted::new("status", 100_000, &["the header does not list it"]),
             Planted::new("twice", 1_000, &["was given out before"]),
-            Planted::new("log", 100_000, &["a log that does not replay"]),
-            Planted::new("body", 100_000, &["the core itself says something else to red_runtime_"]),
+            Planted::new("log", 200_000, &["a log that does not replay"]),
+            Planted::new("body", 500_000, &["the core itself says something else to red_runtime_"]),
         ],
     },
 ];
