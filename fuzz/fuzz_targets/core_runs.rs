@@ -1,6 +1,8 @@
 //! Hosts that keep to the rules, on workloads drawn from the bytes: the core against the oracle.
 #![no_main]
 
+mod keys;
+
 use libfuzzer_sys::fuzz_target;
 use red_tests::differential::{Found, compare, core, options};
 use red_tests::oracle::Policy;

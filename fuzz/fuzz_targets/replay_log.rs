@@ -3,16 +3,19 @@
 //! fed to a scheduler.
 #![no_main]
 
+mod keys;
 mod recorded;
 
 use std::hint::black_box;
+use std::sync::LazyLock;
 
 use libfuzzer_sys::fuzz_target;
 use recorded::{Block, CONFIG, RUN, Small, change, scheduler, sealed};
 use red_core::Scheduler;
 use red_record::{Call, Reader, replay, replay_calls};
 
-fuzz_target!(|bytes: &[u8]| {
+// The thread that records the run is no part of an input.
+fuzz_target!(init: { LazyLock::force(&RUN); }, |bytes: &[u8]| {
     match bytes {
         [0, log @ ..] => {
             if let Ok(mut log) = Reader::new(log) {

@@ -2,6 +2,8 @@
 //! simulated.
 #![no_main]
 
+mod keys;
+
 use libfuzzer_sys::fuzz_target;
 use red_sim::{Execution, Options, simulate};
 use red_workload::model::{Arrival, Workload};

@@ -2,96 +2,39 @@
 //!
 //! Without AddressSanitizer: what is tried has no unsafe code of ours but the C ABI's, and goes four times as far in the same time.
 //!
-//! What was found interesting stays in the target folder and is where the next run begins; an input that fails stays
-//! in `fuzz/artifacts`.
+//! A step's run is the same on every machine: it begins with the committed seeds and an empty folder, draws the same
+//! numbers, and ends after so many executions. By hand, a run begins with what the last one found interesting, and draws
+//! others. An input that fails stays in `fuzz/artifacts`.
+
+mod stop;
+mod targets;
 
 use std::fs;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use crate::depth::Depth;
 use crate::nightly::{HOST, Nightly, Said, hear_with};
-use crate::process::Failure;
+use crate::process::{Failure, Run};
 use crate::report::Tally;
 use crate::tools;
-use crate::workspace::Workspace;
+use crate::workspace::{Workspace, entries};
+use stop::Stop;
+use targets::{Planted, TARGETS, Target};
 
 const CARGO_FUZZ: &str = "0.13.2";
 
-/// A target, its longest input, where its first inputs are, and what planted bugs say.
-struct Target {
-    name: &'static str,
-    longest: u32,
-    seeds: &'static [&'static str],
-    /// What libFuzzer is told besides.
-    options: &'static [&'static str],
-    planted: &'static [Planted],
-}
+/// A step's numbers are drawn from it.
+const SEED: &str = "-seed=1";
 
-/// A bug by the name that the target is told, and what is said when it is found.
-struct Planted {
-    name: &'static str,
-    says: &'static str,
-}
+/// The other one of the two that libFuzzer goes by is the clock.
+const NO_CLOCK: &str = "-reload=0";
 
-impl Planted {
-    const fn new(name: &'static str, says: &'static str) -> Self {
-        Self { name, says }
-    }
-}
+/// `--deep` executes so many times as much.
+const DEEP: u64 = 30;
 
-/// Where the bytes only choose what is drawn, how often a branch was taken says nothing, and costs half of the time.
-const DRAWN: &[&str] = &["-use_counters=0", "-entropic=0"];
-
-/// As [`DRAWN`]; and what the target itself compares, by name, are no words of its inputs.
-const CHOSEN: &[&str] = &["-use_counters=0", "-entropic=0", "-use_cmp=0"];
-
-const TARGETS: &[Target] = &[
-    Target {
-        name: "workload",
-        longest: 2_048,
-        seeds: &["fuzz/seeds/workload", "examples", "examples/scenarios"],
-        options: &[],
-        planted: &[Planted::new("bug", "a message of ")],
-    },
-    Target {
-        name: "core_calls",
-        longest: 512,
-        seeds: &[],
-        options: &[],
-        planted: &[Planted::new("bug", "units that run, and those that the host has")],
-    },
-    Target {
-        name: "core_runs",
-        longest: 6,
-        seeds: &[],
-        options: DRAWN,
-        planted: &[Planted::new("bug", "panicked at fuzz_targets/core_runs.rs")],
-    },
-    Target {
-        name: "replay_log",
-        longest: 1_024,
-        seeds: &[],
-        options: &[],
-        planted: &[Planted::new("bug", "a planted bug")],
-    },
-    Target {
-        name: "abi_calls",
-        longest: 1_024,
-        seeds: &["fuzz/seeds/abi_calls"],
-        options: CHOSEN,
-        planted: &[
-            Planted::new("generation", "wrong is {Closed"),
-            Planted::new("output", "not what its outputs are to be"),
-            Planted::new("refused", "wrote to something open that it may not change"),
-            Planted::new("closed", "wrote to memory that is not lent"),
-            Planted::new("lane", "the core itself says something else"),
-            Planted::new("status", "the header does not list it"),
-            Planted::new("twice", "was given out before"),
-            Planted::new("log", "a log that does not replay"),
-            Planted::new("body", "the core itself says something else to red_runtime_"),
-        ],
-    },
-];
+/// The time of a run that would take half a minute, in case that it never ends. The count is what ends it.
+const LAST_RESORT: Duration = Duration::from_secs(900);
 
 /// A run with fewer executions has shown nothing.
 const FEWEST: u64 = 100;
@@ -106,30 +49,47 @@ const EXECUTIONS: u64 = 1_000_000;
 pub(crate) struct Wish<'a> {
     target: Option<&'a Target>,
     executions: u64,
+    /// An input to run alone, and the bug that is planted meanwhile.
+    input: Option<&'a str>,
+    planted: Option<&'a str>,
 }
 
-impl Wish<'_> {
+impl<'a> Wish<'a> {
     /// # Errors
     /// What is not known.
-    pub(crate) fn of(words: &[&str]) -> Result<Self, String> {
-        let mut wish = Self { target: None, executions: EXECUTIONS };
-        let mut words = words.iter();
+    pub(crate) fn of(words: &[&'a str]) -> Result<Self, String> {
+        let mut wish = Self { target: None, executions: EXECUTIONS, input: None, planted: None };
+        let mut words = words.iter().copied();
         while let Some(word) = words.next() {
-            if *word == "--executions" {
-                let number = words.next().and_then(|number| number.parse().ok());
-                let number = number.filter(|number| *number >= FEWEST);
-                wish.executions =
-                    number.ok_or_else(|| format!("--executions takes a number of at least {FEWEST}"))?;
-            } else if wish.target.is_some() {
-                return Err(format!("one target or all, not {word:?} too"));
-            } else {
-                let known = TARGETS.iter().find(|target| target.name == *word);
-                let names = || TARGETS.iter().map(|target| target.name).collect::<Vec<_>>().join(", ");
-                wish.target =
-                    Some(known.ok_or_else(|| format!("no target {word:?}; there are {}", names()))?);
+            match word {
+                "--executions" => {
+                    let number = words.next().and_then(|number| number.parse().ok());
+                    let number = number.filter(|number| *number >= FEWEST);
+                    wish.executions =
+                        number.ok_or_else(|| format!("--executions takes a number of at least {FEWEST}"))?;
+                }
+                "--input" => wish.input = Some(words.next().ok_or("--input takes a file")?),
+                "--planted" => wish.planted = Some(words.next().ok_or("--planted takes the name of a bug")?),
+                _ if wish.target.is_some() => return Err(format!("one target or all, not {word:?} too")),
+                _ => {
+                    let known = TARGETS.iter().find(|target| target.name == word);
+                    let names = || TARGETS.iter().map(|target| target.name).collect::<Vec<_>>().join(", ");
+                    wish.target =
+                        Some(known.ok_or_else(|| format!("no target {word:?}; there are {}", names()))?);
+                }
             }
         }
+        if wish.target.is_none() && wish.input.is_some() {
+            return Err("--input takes a target".to_owned());
+        }
+        if wish.planted.is_some_and(|name| wish.input.is_none() || !wish.has_planted(name)) {
+            return Err("--planted takes an --input, and a bug of its target".to_owned());
+        }
         Ok(wish)
+    }
+
+    fn has_planted(&self, name: &str) -> bool {
+        self.target.is_some_and(|target| target.planted.iter().any(|planted| planted.name == name))
     }
 }
 
@@ -139,9 +99,13 @@ impl Wish<'_> {
 /// A tool is missing, or an input fails.
 pub(crate) fn run(workspace: &Workspace, wish: &Wish<'_>) -> Result<Tally, Failure> {
     let fuzzer = Fuzzer::new(workspace)?;
-    let bound = format!("-runs={}", wish.executions);
+    if let (Some(target), Some(input)) = (wish.target, wish.input) {
+        let input = std::path::absolute(input).map_err(Failure::of_file(Path::new(input)))?;
+        return fuzzer.command(target, wish.planted).args(&[input]).stream();
+    }
     for target in TARGETS.iter().filter(|target| wish.target.is_none_or(|only| only.name == target.name)) {
-        fuzzer.explore(target, &bound)?;
+        let folder = fuzzer.folder("corpus", target.name)?;
+        fuzzer.explore(target, &folder, wish.executions, &[])?;
     }
     Ok(Tally::default())
 }
@@ -150,18 +114,19 @@ pub(crate) fn run(workspace: &Workspace, wish: &Wish<'_>) -> Result<Tally, Failu
 /// A tool is missing, an input fails, or a planted bug is not found.
 pub(crate) fn step(workspace: &Workspace, depth: Depth) -> Result<Tally, Failure> {
     let fuzzer = Fuzzer::new(workspace)?;
-    let bound = match depth {
-        Depth::Quick => "-max_total_time=30",
-        Depth::Deep => "-max_total_time=900",
+    let times = match depth {
+        Depth::Quick => 1,
+        Depth::Deep => DEEP,
     };
+    let time = format!("-max_total_time={}", LAST_RESORT.as_secs() * times);
     for target in TARGETS {
-        fuzzer.explore(target, bound)?;
+        let folder = fuzzer.empty("explored", target.name)?;
+        fuzzer.explore(target, &folder, target.executions * times, &[SEED, NO_CLOCK, &time])?;
     }
     let mut found = 0;
     for target in TARGETS {
-        for Planted { name, says } in target.planted {
-            let said = fuzzer.start(target, Some(name), &["-max_total_time=120"])?;
-            said.found(target.name, says)?;
+        for planted in target.planted {
+            fuzzer.find(target, planted)?;
             found += 1;
         }
     }
@@ -183,24 +148,30 @@ impl<'a> Fuzzer<'a> {
     }
 
     /// Runs a target and says how far it came.
-    fn explore(&self, target: &Target, bound: &str) -> Result<(), Failure> {
-        let text = self.start(target, None, &[bound])?.well(target.name)?;
-        let number =
-            |name: &str| text.lines().find_map(|line| line.strip_prefix(name)).map_or("?", str::trim);
-        let executions = number("stat::number_of_executed_units:");
-        if executions.parse::<u64>().map_or(true, |executions| executions < FEWEST) {
-            let (name, wanted) = (target.name, format!("at least {FEWEST} are wanted"));
-            return Err(Failure::Wrong(format!("{name}: {executions} executions show nothing; {wanted}")));
+    fn explore(
+        &self,
+        target: &Target,
+        folder: &Path,
+        executions: u64,
+        options: &[&str],
+    ) -> Result<(), Failure> {
+        let said = self.start(target, None, folder, executions, options)?;
+        if !said.status.success() {
+            return Err(Failure::Wrong(format!("{}: {}", target.name, self.stopped(target, None, &said))));
         }
-        let last = text.lines().rfind(|line| line.starts_with('#') && line.contains(" cov: ")).unwrap_or("");
-        let after = |word: &str| last.split_whitespace().skip_while(|w| *w != word).nth(1).unwrap_or("?");
+        came_so_far(target.name, &said.text, executions)?;
+        let number = |name: &str| number(&said.text, name).unwrap_or("?");
+        let last = said.text.lines().rfind(|line| line.starts_with('#') && line.contains(" cov: "));
+        let after = |word: &str| {
+            last.unwrap_or("").split_whitespace().skip_while(|w| *w != word).nth(1).unwrap_or("?")
+        };
         // `839/55Kb`
         let (inputs, bytes) = after("corp:").split_once('/').unwrap_or(("?", "?"));
         let bytes = bytes.replace("Kb", " thousand").replace('b', "");
         say!(
             "{}: {} executions, {} a second, {} edges of code covered, {} features, {} inputs kept ({} bytes)",
             target.name,
-            executions,
+            number(EXECUTED),
             number("stat::average_exec_per_sec:"),
             after("cov:"),
             after("ft:"),
@@ -210,31 +181,127 @@ impl<'a> Fuzzer<'a> {
         Ok(())
     }
 
-    /// Runs a target, with a planted bug if one is named.
-    fn start(&self, target: &Target, planted: Option<&str>, bounds: &[&str]) -> Result<Said, Failure> {
-        let folder = self.nightly.target("fuzz");
-        // Planted bugs begin from the smallest seeds, so that none is found by what another run left.
-        let kept = folder.join(if planted.is_none() { "corpus" } else { "planted" }).join(target.name);
-        if planted.is_some() && kept.exists() {
-            fs::remove_dir_all(&kept).map_err(Failure::of_file(&kept))?;
+    /// Runs a target with a planted bug, which has to be what it stops on.
+    fn find(&self, target: &Target, planted: &Planted) -> Result<(), Failure> {
+        let (name, bug) = (target.name, planted.name);
+        let folder = self.empty("planted", name)?;
+        let time = format!("-max_total_time={}", LAST_RESORT.as_secs());
+        let options = [SEED, NO_CLOCK, &time];
+        let said = self.start(target, Some(bug), &folder, planted.within, &options)?;
+        if said.status.success() {
+            came_so_far(name, &said.text, planted.within)?;
+            let why = format!("not found in {} executions, so this check finds nothing", planted.within);
+            return Err(Failure::Wrong(format!("{name}: the planted bug {bug:?} is {why}")));
         }
-        fs::create_dir_all(&kept).map_err(Failure::of_file(&kept))?;
-        let longest = format!("-max_len={}", target.longest);
+        let stop = Stop::of(&said.text);
+        let Some(line) = stop.line_with(planted.says) else {
+            let stopped = self.stopped(target, Some(bug), &said);
+            return Err(Failure::Wrong(format!("{name}: not on the planted bug {bug:?}: {stopped}")));
+        };
+        let executions = number(&said.text, EXECUTED).unwrap_or("?");
+        say!("{name}: found, as it should be, in {executions} executions: {line}");
+        // It is nobody's to mend.
+        stop.input.map_or(Ok(()), |input| fs::remove_file(input).map_err(Failure::of_file(Path::new(input))))
+    }
+
+    /// What a run stopped on, and how to see it again.
+    fn stopped(&self, target: &Target, planted: Option<&str>, said: &Said) -> String {
+        let Stop { why, input } = Stop::of(&said.text);
+        let Some(input) = input else {
+            return format!("{}\n{}", said.status, said.last(60));
+        };
+        let input = Path::new(input);
+        let input = input.strip_prefix(&self.workspace.root).unwrap_or(input).display();
+        let planted = planted.map_or(String::new(), |bug| format!(" --planted {bug}"));
+        format!(
+            "the fuzzer stopped\n{}\nthe input is kept in {input}; it is run again by\n\
+             cargo xtask fuzz {}{planted} --input {input}",
+            why.join("\n"),
+            target.name
+        )
+    }
+
+    /// Where a kind of runs keeps what it finds interesting.
+    fn folder(&self, kind: &str, target: &str) -> Result<PathBuf, Failure> {
+        let folder = self.nightly.target("fuzz").join(kind).join(target);
+        fs::create_dir_all(&folder).map_err(Failure::of_file(&folder))?;
+        Ok(folder)
+    }
+
+    /// The same without what another run left.
+    fn empty(&self, kind: &str, target: &str) -> Result<PathBuf, Failure> {
+        let folder = self.folder(kind, target)?;
+        fs::remove_dir_all(&folder).map_err(Failure::of_file(&folder))?;
+        self.folder(kind, target)
+    }
+
+    /// A target, with a planted bug if one is named, that is told what to do yet.
+    fn command(&self, target: &Target, planted: Option<&str>) -> Run {
         let run = ["fuzz", "run", "--fuzz-dir", "fuzz", "--sanitizer", "none", "--target", HOST];
         // Noting every comparison of numbers takes half of the time and more; names are compared as memory, and seen.
         let run = [&run[..], &["--no-trace-compares", "--target-dir"]].concat();
         let features: &[&str] = if planted.is_some() { &["--features", "planted"] } else { &[] };
-        let run =
-            self.nightly.cargo(&run).args(&[&folder]).args(features).args(&[target.name]).args(&[&kept]);
-        let run = run.env("RED_PLANTED", planted.unwrap_or(""));
-        let few = if planted.is_none() { target.seeds.len() } else { 1 };
-        let seeds = target.seeds.iter().take(few).map(|seed| self.workspace.root.join(seed));
-        let run = run.args(&seeds.collect::<Vec<_>>()).args(&["--", &longest, "-print_final_stats=1"]);
-        let run = run.args(target.options);
-        // A planted bug leaves nothing in the sources' folder.
-        let found = planted.is_some().then(|| format!("-artifact_prefix={}/", kept.display()));
-        hear_with(run.args(found.as_slice()).args(bounds), signs_of_life())
+        let run = self.nightly.cargo(&run).args(&[self.nightly.target("fuzz")]).args(features);
+        run.args(&[target.name]).env("RED_PLANTED", planted.unwrap_or(""))
     }
+
+    /// Runs a target from its seeds and what is in the folder.
+    fn start(
+        &self,
+        target: &Target,
+        planted: Option<&str>,
+        folder: &Path,
+        executions: u64,
+        options: &[&str],
+    ) -> Result<Said, Failure> {
+        let artifacts = self.workspace.root.join("fuzz/artifacts").join(target.name);
+        fs::create_dir_all(&artifacts).map_err(Failure::of_file(&artifacts))?;
+        // Named after its bug: without that it does not fail.
+        let prefix = planted.map_or(String::new(), |bug| format!("planted-{bug}-"));
+        let few = if planted.is_none() { target.seeds.len() } else { 1 };
+        let mut told = vec![
+            format!("-max_len={}", target.longest),
+            format!("-runs={executions}"),
+            format!("-artifact_prefix={}/{prefix}", artifacts.display()),
+            "-print_final_stats=1".to_owned(),
+        ];
+        let seeds = self.seeds(target.seeds.iter().take(few))?;
+        if !seeds.is_empty() {
+            told.push(format!("-seed_inputs={}", seeds.join(",")));
+        }
+        let run = self.command(target, planted).args(&[folder]).args(&["--"]).args(&told);
+        hear_with(run.args(target.options).args(options), signs_of_life())
+    }
+
+    /// The files of these folders. Those of a folder that libFuzzer is given come as the file system has them.
+    fn seeds(&self, folders: impl Iterator<Item = &'static &'static str>) -> Result<Vec<String>, Failure> {
+        let mut seeds = Vec::new();
+        for folder in folders {
+            let mut files = entries(&self.workspace.root.join(folder))?;
+            files.retain(|file| file.is_file());
+            files.sort();
+            seeds.extend(files.iter().map(|file| file.display().to_string()));
+        }
+        Ok(seeds)
+    }
+}
+
+const EXECUTED: &str = "stat::number_of_executed_units:";
+
+/// A number of libFuzzer's last words.
+fn number<'t>(text: &'t str, name: &str) -> Option<&'t str> {
+    text.lines().find_map(|line| line.strip_prefix(name)).map(str::trim)
+}
+
+/// # Errors
+/// It ended earlier, and not by what it tried: no machine may show less than another one.
+fn came_so_far(target: &str, text: &str, executions: u64) -> Result<(), Failure> {
+    let came = number(text, EXECUTED).and_then(|number| number.parse().ok()).unwrap_or(0);
+    if came >= executions {
+        return Ok(());
+    }
+    let why = format!("after {came} of {executions} executions its time was over, and shows nothing");
+    Err(Failure::Wrong(format!("{target}: {why}")))
 }
 
 /// Shows a line of libFuzzer's progress now and then.

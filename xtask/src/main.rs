@@ -77,6 +77,8 @@ usage: cargo xtask TASK
                     unless told
   fuzz [TARGET] [--executions N]
                     random inputs for the readers and the calls; 1000000 each unless told
+  fuzz TARGET --input FILE [--planted BUG]
+                    one input again
   mutants [--sample N] [--seed S]
                     changes of the core that tests should notice; 400 of them and seed 1 unless told
   bench [ARG]...    what the scheduler costs beside its peers, measured now; --help tells the ARGs

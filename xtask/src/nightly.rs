@@ -45,7 +45,7 @@ impl Said {
         }
     }
 
-    fn last(&self, lines: usize) -> String {
+    pub(crate) fn last(&self, lines: usize) -> String {
         let all: Vec<_> = self.text.lines().collect();
         all[all.len().saturating_sub(lines)..].join("\n")
     }

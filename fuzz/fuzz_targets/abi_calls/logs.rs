@@ -1,7 +1,9 @@
 //! Logs of schedulers: begun, ended, let go. What is in one that was ended answers again as it did.
 
-use std::fs;
 use std::path::Path;
+use std::sync::LazyLock;
+use std::time::Duration;
+use std::{fs, thread};
 
 use red_ffi::*;
 
@@ -11,7 +13,27 @@ use crate::world::{Kind, World};
 /// No log can be written there.
 pub(crate) const NOWHERE: &str = "/no folder/red.redlog";
 
+/// Threads of this process before there was a log.
+static OURS: LazyLock<usize> = LazyLock::new(threads);
+
+fn threads() -> usize {
+    fs::read_dir("/proc/self/task").map_or(0, Iterator::count)
+}
+
+/// A log that was let go ends in its own time: none of it is the next input's.
+pub(crate) fn wait_for_threads() {
+    while threads() > *OURS {
+        thread::sleep(Duration::from_millis(1));
+    }
+}
+
 impl World<'_> {
+    /// A log may be begun now.
+    pub(crate) fn may_log(&mut self) {
+        LazyLock::force(&OURS);
+        self.is_logged = true;
+    }
+
     /// A scheduler's log is let go.
     pub(crate) fn forget_log(&mut self, at: usize) {
         if let Some(file) = self.twin(at).1.log.take() {
@@ -26,6 +48,7 @@ pub(crate) fn begin(w: &mut World<'_>) {
     let file = std::env::temp_dir().join(format!("red-fuzz-{}-{}.redlog", std::process::id(), w.calls));
     let is_somewhere = w.careful || w.choices.chance(200);
     let path = w.path(if is_somewhere { &file } else { Path::new(NOWHERE) });
+    w.may_log();
     let status = red_record_begin(handle, path);
     let begun = w.expected(|w| {
         let (twin, stream) = w.twin(at);

@@ -1,7 +1,7 @@
 //! What a host may rely on whatever it called: a unit is given out once, on a lane that was free; a job that was released
 //! ends once; what is counted is what happened.
 
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use red_core::{Action, Outcome};
@@ -19,7 +19,7 @@ pub(crate) struct Stream {
     pub(crate) live: Vec<u64>,
     pub(crate) dead: Vec<u64>,
     /// Jobs that were released and did not end yet, with their tasks.
-    jobs: HashMap<u32, u32>,
+    jobs: BTreeMap<u32, u32>,
     retired: u32,
     last_unit: u64,
     units: u64,

@@ -1,6 +1,6 @@
 //! What is open, the memory that it was opened in, and what must hold after every call.
 
-use std::collections::HashSet;
+use std::collections::BTreeSet;
 use std::ops::Range;
 
 use red_ffi::red_status;
@@ -74,7 +74,8 @@ pub(crate) struct World<'a> {
     pub(crate) open: Vec<Open>,
     /// Handles that were closed.
     pub(crate) graves: Vec<u64>,
-    seen: HashSet<u64>,
+    /// In an order that is the same in every process, as is then which code runs.
+    seen: BTreeSet<u64>,
     pub(crate) now: u64,
     /// Nothing is made wrong.
     pub(crate) careful: bool,
@@ -86,6 +87,8 @@ pub(crate) struct World<'a> {
     argument: u8,
     /// Where closed memory lies.
     closed: Option<Range<usize>>,
+    /// Whether a log was begun, which has a thread of its own.
+    pub(crate) is_logged: bool,
     /// How many calls there were.
     pub(crate) calls: usize,
     /// What is looked at after this call: the small, a few of many, the large now and then.
@@ -101,7 +104,7 @@ impl<'a> World<'a> {
             desk,
             open: Vec::new(),
             graves: Vec::new(),
-            seen: HashSet::new(),
+            seen: BTreeSet::new(),
             now: 1_000_000,
             careful: false,
             sizes,
@@ -110,6 +113,7 @@ impl<'a> World<'a> {
             spoiled: [u8::MAX; 2],
             argument: 0,
             closed: None,
+            is_logged: false,
             calls: 0,
             watched: Vec::new(),
         }
@@ -235,7 +239,13 @@ impl<'a> World<'a> {
                 4 => bits = self.open.iter().find(|open| !of_kind(want)(open)).map_or(0, |open| open.bits),
                 5 => bits = self.choices.number(),
                 6 => bits = bits.wrapping_add(1 << 32),
-                7 => bits = bits & !0xff | u64::from(self.choices.byte()),
+                7 => {
+                    bits = bits & !0xff | u64::from(self.choices.byte());
+                    // How often a place was opened is what other inputs left.
+                    if self.open.iter().any(|open| open.bits == bits) {
+                        bits ^= 1 << 63;
+                    }
+                }
                 8 if self.closed.is_some() => {
                     bits = u64::from_ne_bytes([CLOSED; 8]);
                     pointer = Some(2);
