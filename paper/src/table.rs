@@ -116,7 +116,7 @@ pub enum Verdict {
     Holds,
     /// What this project promises, and does not keep.
     Fails,
-    /// What this project promises, and does not keep, which is said with its figures.
+    /// What this project promises under overload, and does not keep everywhere: both figures stand beside.
     NotKept,
     /// Where a rule of this project is worse than another.
     Loses,

@@ -92,8 +92,9 @@ impl Results {
         for ((shape, point, seed), samples) in self.points.iter().zip(&self.samples) {
             if *shape == measure.shape && is_chosen(point) {
                 let (part, whole) = (measure.of)(&samples[rule]).unwrap_or_default();
-                let sum = &mut sums[*seed as usize - 1];
-                *sum = (sum.0 + part, sum.1 + whole);
+                let nth = *seed as usize - 1;
+                let seeds = if is_certain(*shape, point) { 0..sums.len() } else { nth..nth + 1 };
+                sums[seeds].iter_mut().for_each(|sum| *sum = (sum.0 + part, sum.1 + whole));
             }
         }
         sums
@@ -120,6 +121,11 @@ impl Results {
     }
 }
 
+/// Whether nothing is drawn, so that one run stands for those of all seeds.
+fn is_certain(shape: Shape, point: &Point) -> bool {
+    shape.is_alone() && point.times == Times::Wcet
+}
+
 fn points() -> Vec<Point> {
     let at =
         |lanes| LOADS.into_iter().flat_map(move |load| Times::ALL.map(|times| Point { lanes, load, times }));
@@ -133,7 +139,7 @@ fn samples(
     seed: u64,
 ) -> Option<[Sample; Rule::ALL.len()]> {
     let set = Set::draw(shape, lanes, load, times, seed);
-    let bound = measures::bound(&set);
+    let bound = if shape.is_alone() { measures::capacity(&set) } else { measures::bound(&set) };
     let protected = if shape == Shape::Values { groups::protected(&set)? } else { Vec::new() };
     let mut samples = [Sample { value: 0.0, fairness: None, floors: None, groups: [0; 3] }; Rule::ALL.len()];
     for (rule, sample) in Rule::ALL.iter().zip(&mut samples) {
@@ -152,11 +158,12 @@ fn samples(
     Some(samples)
 }
 
-fn results(run: &Run<'_>) -> Result<Results, PaperError> {
+fn results(run: &Run<'_>, points: &[Point]) -> Result<Results, PaperError> {
     let mut cells = Vec::new();
     for shape in Shape::ALL {
-        for point in points() {
-            cells.extend((1..=run.seeds).map(|seed| (shape, point, seed)));
+        for point in points {
+            let seeds = if is_certain(shape, point) { 1 } else { run.seeds };
+            cells.extend((1..=seeds).map(|seed| (shape, *point, seed)));
         }
     }
     let samples =
@@ -165,7 +172,11 @@ fn results(run: &Run<'_>) -> Result<Results, PaperError> {
 }
 
 pub(crate) fn run(run: &Run<'_>) -> Result<Table, PaperError> {
-    let results = results(run)?;
+    table(run, &points())
+}
+
+fn table(run: &Run<'_>, points: &[Point]) -> Result<Table, PaperError> {
+    let results = results(run, points)?;
     let rules = || 0..Rule::ALL.len();
     let rows = Measure::ALL.iter().flat_map(|measure| rules().map(|rule| results.row(measure, rule)));
     let percent = |name| Column::numbers(name, "%", 1);
@@ -211,9 +222,11 @@ fn about(results: &Results) -> Vec<String> {
              WCET, or uniformly half of it to all of it, or half of it and one time in five all. Nobody is taken off a lane.",
             results.samples.len(),
         ),
-        "One graph: 2 ms; then 9, after which 3, 4 and 5 side by side; 14 beside all these; then 3; deadline 66 ms, 300 jobs. As \
-         a chain: the same nodes one after the other."
-            .to_owned(),
+        format!(
+            "One graph: 2 ms; then 9, after which 3, 4 and 5 side by side; 14 beside all these; then 3; deadline 66 ms, {} jobs. As \
+             a chain: the same nodes one after the other. At WCET nothing is drawn: one run.",
+            load::LONE_JOBS,
+        ),
         format!(
             "Sets: {} to {} tasks of {} to {} nodes of {} to {} ms, chains or branches side by side; UUniFast; deadlines are the time \
              that a job takes alone and {} to {} of its period, or of that time where that is longer; values 1 to {}, \
@@ -232,8 +245,9 @@ fn about(results: &Results) -> Vec<String> {
             load::EQUALS.0,
             load::EQUALS.1,
         ),
-        "Jobs and value on time are over the most that fits: the jobs of most value for their work, until the lanes' time is \
-         full, the last in part. No scheduler can have more, and none may be able to have as much."
+        "Value on time is over the most that fits: the jobs of most value for what they will take, until the lanes' time is full, \
+         the last in part. No scheduler can have more, and none may be able to have as much. Jobs of one graph are over the \
+         lanes' time in jobs of mean work, since nobody knows before which take less."
             .to_owned(),
         format!(
             "Groups: tasks from some value up that are all on time when they are alone, under redrt, with deadlines shorter by \

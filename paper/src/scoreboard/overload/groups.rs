@@ -85,11 +85,12 @@ fn is_ready(set: &Set, group: &[usize], ends: &Ends, at: u64) -> bool {
         group.contains(task) && release <= at && fate.at > at
     });
     in_flight.into_iter().any(|(task, job)| {
-        let spans: Vec<&Span> = ends
-            .spans
-            .iter()
-            .filter(|span| (span.task, span.job) == (task, job) && span.start <= at)
-            .collect();
+        // Spans are in the order of starts.
+        let until = |instant: u64, is_in: bool| {
+            ends.spans.partition_point(|span| span.start < instant || is_in && span.start == instant)
+        };
+        let started = &ends.spans[until(set.releases[task][job as usize], false)..until(at, true)];
+        let spans: Vec<&Span> = started.iter().filter(|span| (span.task, span.job) == (task, job)).collect();
         let graph = &set.tasks[task].graph;
         let has_ended = |node: usize| spans.iter().any(|span| span.node == node && span.end <= at);
         let is_free = |node: usize| {

@@ -5,7 +5,7 @@ use crate::scoreboard::sets::{Graph, Task, uunifast};
 
 const MS: u64 = 1_000_000;
 /// Jobs of a graph that is alone.
-const LONE_JOBS: u64 = 300;
+pub(super) const LONE_JOBS: u64 = 200;
 /// Releases of a set come within this time.
 pub(super) const HORIZON_NS: u64 = 3_000 * MS;
 /// Nodes of a graph, and their costs in microseconds.
@@ -124,27 +124,26 @@ impl Set {
             let k = rng.within(2, 5) as u32;
             let floor = (rng.within(1, u64::from(k) - 1) as u32, k);
             let has_floor = rng.chance(0.5);
-            let (deadline_ns, releases) = match shape {
-                Shape::Lone | Shape::LoneChain => {
-                    (LONE_DEADLINE_MS * MS, (0..LONE_JOBS).map(|job| job * period_ns).collect())
-                }
-                _ => (deadline_ns, (first..HORIZON_NS).step_by(period_ns as usize).collect()),
+            let (deadline_ns, releases) = if shape.is_alone() {
+                (LONE_DEADLINE_MS * MS, (0..LONE_JOBS).map(|job| job * period_ns).collect())
+            } else {
+                (deadline_ns, (first..HORIZON_NS).step_by(period_ns as usize).collect())
             };
             // What is alike shares its deadline too.
             let deadline_ns = match set.tasks.first() {
                 Some(first) if shape == Shape::Alike => first.deadline_ns,
                 _ => deadline_ns,
             };
-            set.tasks.push(Task { graph, period_ns, deadline_ns });
-            set.values.push(if shape.has_values() { value } else { 1 });
-            set.floors.push((shape == Shape::Floors && has_floor).then_some(floor));
-            set.releases.push(releases);
-            set.seeds.push(words.iter().fold(nth as u64, |seed, word| Rng::of(&[seed, *word]).bits()));
+            let value = if shape.has_values() { value } else { 1 };
+            let floor = (shape == Shape::Floors && has_floor).then_some(floor);
+            let seed = words.iter().fold(nth as u64, |seed, word| Rng::of(&[seed, *word]).bits());
+            set.add(Task { graph, period_ns, deadline_ns }, value, floor, releases, seed);
         }
         set
     }
 
-    const fn of(lanes: u8, times: Times) -> Self {
+    /// One without tasks.
+    pub(super) const fn of(lanes: u8, times: Times) -> Self {
         Self {
             lanes,
             times,
@@ -156,16 +155,30 @@ impl Set {
         }
     }
 
+    /// One more task, whose execution times are drawn by `seed`.
+    pub(super) fn add(
+        &mut self,
+        task: Task,
+        value: u32,
+        floor: Option<(u32, u32)>,
+        releases: Vec<u64>,
+        seed: u64,
+    ) {
+        self.tasks.push(task);
+        self.values.push(value);
+        self.floors.push(floor);
+        self.releases.push(releases);
+        self.seeds.push(seed);
+    }
+
     /// These tasks alone, with deadlines that are shorter by so much; `None` where one has no time left.
     pub(super) fn part(&self, tasks: &[usize], shorter_ns: u64) -> Option<Self> {
         let mut part = Self::of(self.lanes, self.times);
         for &nth in tasks {
             let deadline_ns = self.tasks[nth].deadline_ns.checked_sub(shorter_ns).filter(|ns| *ns > 0)?;
-            part.tasks.push(Task { deadline_ns, ..self.tasks[nth].clone() });
-            part.values.push(self.values[nth]);
-            part.floors.push(self.floors[nth]);
-            part.releases.push(self.releases[nth].clone());
-            part.seeds.push(self.seeds[nth]);
+            let task = Task { deadline_ns, ..self.tasks[nth].clone() };
+            let (releases, seed) = (self.releases[nth].clone(), self.seeds[nth]);
+            part.add(task, self.values[nth], self.floors[nth], releases, seed);
         }
         Some(part)
     }
@@ -205,6 +218,11 @@ impl Shape {
             Self::Floors => Self::Values,
             shape => shape,
         }
+    }
+
+    /// Whether it is one task.
+    pub(super) const fn is_alone(self) -> bool {
+        matches!(self, Self::Lone | Self::LoneChain)
     }
 
     const fn has_values(self) -> bool {

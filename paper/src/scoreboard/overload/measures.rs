@@ -6,12 +6,26 @@ use crate::scoreboard::drive::Ends;
 /// The most value that could be on time: jobs by what they are worth for their work, as many as fit the lanes' time from the
 /// first release to the last deadline, the last one in part.
 pub(super) fn bound(set: &Set) -> f64 {
+    fitting(set, |task, job| set.work(task, job) as f64)
+}
+
+/// The same if every job of a task had the mean work of all of them: who does not know which take less cannot choose those.
+pub(super) fn capacity(set: &Set) -> f64 {
+    let mean = |task: usize| {
+        let jobs = set.releases[task].len() as u64;
+        (0..jobs).map(|job| set.work(task, job)).sum::<u64>() as f64 / jobs as f64
+    };
+    let means: Vec<f64> = (0..set.tasks.len()).map(mean).collect();
+    fitting(set, |task, _| means[task])
+}
+
+fn fitting(set: &Set, work: impl Fn(usize, u64) -> f64) -> f64 {
     let release = |(task, job): (usize, u64)| set.releases[task][job as usize];
     let first = set.jobs().map(release).min().unwrap_or(0);
     let last = set.jobs().map(|job| release(job) + set.tasks[job.0].deadline_ns).max().unwrap_or(0);
     let mut left = (u64::from(set.lanes) * (last - first)) as f64;
     let mut jobs: Vec<(f64, f64)> =
-        set.jobs().map(|(task, job)| (f64::from(set.values[task]), set.work(task, job) as f64)).collect();
+        set.jobs().map(|(task, job)| (f64::from(set.values[task]), work(task, job))).collect();
     jobs.sort_by(|a, b| (b.0 / b.1).total_cmp(&(a.0 / a.1)));
     let mut sum = 0.0;
     for (value, work) in jobs {

@@ -61,6 +61,8 @@ pub(super) struct Look<'a> {
     /// Lanes, and those that are free.
     pub(super) lanes: u64,
     pub(super) free: usize,
+    /// Of each node that has a lane: its job's name, and how long it takes from now on in the mean, in nanoseconds.
+    pub(super) held: &'a [(usize, u64)],
     /// Names of the jobs that came.
     pub(super) came: &'a [usize],
     /// The jobs in flight, by name.
@@ -108,6 +110,17 @@ pub(super) fn drive(set: &Set, other: Other) -> Ends {
     host.ends
 }
 
+/// A node that has a lane.
+#[derive(Clone, Copy)]
+struct Held {
+    /// The job's name.
+    id: usize,
+    node: usize,
+    /// When it would end if it took its mean time, and when it does, in nanoseconds.
+    mean_end: u64,
+    end: u64,
+}
+
 struct Host<'a> {
     set: &'a Set,
     /// Longest path after each node of each task, at WCET.
@@ -115,8 +128,8 @@ struct Host<'a> {
     /// Releases to come as (instant, task, number), the next last.
     coming: Vec<(u64, usize, u64)>,
     jobs: Vec<Job>,
-    /// Of each lane: the job's name, its node, and when it ends.
-    lanes: Vec<Option<(usize, usize, u64)>>,
+    /// What runs on each lane.
+    lanes: Vec<Option<Held>>,
     ends: Ends,
 }
 
@@ -135,9 +148,9 @@ impl<'a> Host<'a> {
     fn run(&mut self, rule: &mut dyn Rule) {
         let mut names = 0..;
         loop {
-            let end = self.lanes.iter().flatten().map(|(_, _, end)| *end).min();
+            let end = self.lanes.iter().flatten().map(|held| held.end).min();
             let release = self.coming.last().map(|(at, ..)| *at);
-            let Some(now) = [end, release].into_iter().flatten().min() else { return };
+            let Some(now) = [end, release].into_iter().flatten().min() else { break };
             self.complete(now);
             let mut came = Vec::new();
             while let Some((_, task, index)) = self.coming.pop_if(|(at, ..)| *at == now) {
@@ -149,10 +162,17 @@ impl<'a> Host<'a> {
             self.give_up(&lost, now);
             self.measure(now);
             let free = self.lanes.iter().filter(|lane| lane.is_none()).count();
-            let look = Look { now, lanes: self.set.lanes.into(), free, came: &came, jobs: &self.jobs };
+            let held: Vec<(usize, u64)> = self.held(now).collect();
+            let lanes = self.set.lanes.into();
+            let look = Look { now, lanes, free, held: &held, came: &came, jobs: &self.jobs };
             let answer = rule.look(&look);
             self.give_up(&answer.given_up, now);
             self.fill(&answer.order, now);
+        }
+        // Who was never let run.
+        for job in self.jobs.drain(..) {
+            self.ends.fates[job.task][job.index as usize] = Fate { on_time: false, at: job.deadline };
+            self.ends.missed += 1;
         }
     }
 
@@ -166,7 +186,7 @@ impl<'a> Host<'a> {
 
     fn complete(&mut self, now: u64) {
         for lane in &mut self.lanes {
-            let Some((id, node, _)) = lane.take_if(|(_, _, end)| *end == now) else { continue };
+            let Some(Held { id, node, .. }) = lane.take_if(|held| held.end == now) else { continue };
             // Its job may have been given up.
             let Some(at) = self.jobs.iter().position(|job| job.id == id) else { continue };
             let job = &mut self.jobs[at];
@@ -221,6 +241,10 @@ impl<'a> Host<'a> {
         }
     }
 
+    fn held(&self, now: u64) -> impl Iterator<Item = (usize, u64)> + '_ {
+        self.lanes.iter().flatten().map(move |held| (held.id, held.mean_end.saturating_sub(now)))
+    }
+
     /// Of a job's ready nodes the one with the longest path from it on.
     fn ready(&self, job: &Job) -> Option<usize> {
         let is_ready = |node: &usize| {
@@ -244,7 +268,8 @@ impl<'a> Host<'a> {
                 self.jobs[at].nodes[node].state = State::Since(now);
                 self.ends.spans.push(Span { task, job, node, start: now, end });
                 if let Some(lane) = free.pop() {
-                    self.lanes[lane] = Some((*id, node, end));
+                    let mean_end = now + self.set.mean(task, node);
+                    self.lanes[lane] = Some(Held { id: *id, node, mean_end, end });
                 }
             }
         }

@@ -46,7 +46,9 @@ impl Rule for Robust {
 
 /// The first that ends late of jobs that run in this order.
 fn first_late(jobs: &[&Job], look: &Look<'_>) -> Option<usize> {
-    let mut work = 0;
+    // A node of somebody who was rejected or given up keeps its lane all the same.
+    let is_apart = |(id, _): &&(usize, u64)| !jobs.iter().any(|job| job.id == *id);
+    let mut work: u64 = look.held.iter().filter(is_apart).map(|(_, left)| left).sum();
     jobs.iter().position(|job| {
         work += job.work;
         look.now + job.left.max(work.div_ceil(look.lanes)) > job.deadline
