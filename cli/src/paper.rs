@@ -31,9 +31,9 @@ const SEEDS: u64 = 20;
 #[command(after_help = "\
 Each table has the paper's values, ours as means over seeds with 95 % confidence intervals, and verdicts: reproduced
 (direction and size), shape only (direction), not reproducible (with the reason), calibrated (what the model was fitted
-to, no evidence); ours (nothing to compare with), holds and fails (what this project promises), loses (where a rule of
-ours is worse than job-EDF). Same arguments, same output, to the byte. Exit status 1 if it was stopped, or if a claim
-fails.
+to, no evidence); ours (nothing to compare with), holds and fails (what this project promises), not kept (a promise of
+overload, with what was measured), loses (where a rule of ours is worse than another). Same arguments, same output, to
+the byte. Exit status 1 if it was stopped, or if a claim fails.
 
 Example:
   redrt paper effectiveness --json")]

@@ -14,7 +14,7 @@ mod ros2;
 mod worked_example;
 
 use crate::run::{PaperError, Run};
-use crate::scoreboard::{acceptance, admission, makespan, mixes, soundness};
+use crate::scoreboard::{acceptance, admission, makespan, mixes, overload, soundness};
 use crate::table::Table;
 
 /// What an experiment belongs to.
@@ -114,6 +114,12 @@ pub const EXPERIMENTS: &[Experiment] = &[
         what: "mixes of the paper's pipelines, step by step",
         group: Group::Scoreboard,
         run: mixes::run,
+    },
+    Experiment {
+        name: "overload",
+        what: "more work than the lanes can do, under ours and the literature's",
+        group: Group::Scoreboard,
+        run: overload::run,
     },
     Experiment {
         name: "admission",

@@ -35,8 +35,9 @@ pub fn document(tables: &[Table], seeds: u64) -> String {
          beside ours, and policies beside each other. Means over {seeds} seeds with 95 % confidence intervals, the same to the \
          byte wherever it is run. Verdicts: *reproduced*, direction and size; *shape only*, direction; *not reproducible*, \
          neither, and why; *calibrated*, what the model was fitted to, which is no evidence; *ours*, nothing in the paper to \
-         compare with; *holds* and *fails*, what this project promises; *loses*, where a rule of this project is worse than job-EDF. Platforms and the reason for each of their numbers \
-         are in `paper/src/platform.rs`.\n"
+         compare with; *holds* and *fails*, what this project promises; *not kept*, a promise of overload, with what was \
+         measured; *loses*, where a rule of this project is worse than another. Platforms and the reason for each of their \
+         numbers are in `paper/src/platform.rs`.\n"
     );
     let parts = tables.iter().map(of).map(|part| part.trim_end().to_owned());
     [head.trim_end().to_owned()].into_iter().chain(parts).collect::<Vec<_>>().join("\n\n")

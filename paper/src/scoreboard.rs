@@ -7,6 +7,7 @@ mod drive;
 mod federated;
 pub(crate) mod makespan;
 pub(crate) mod mixes;
+pub(crate) mod overload;
 mod reference;
 mod rules;
 mod sets;

@@ -116,6 +116,8 @@ pub enum Verdict {
     Holds,
     /// What this project promises, and does not keep.
     Fails,
+    /// What this project promises under overload, and does not keep everywhere: both figures stand beside.
+    NotKept,
     /// Where a rule of this project is worse than another.
     Loses,
 }
@@ -162,6 +164,7 @@ impl Verdict {
             Self::Ours => "ours",
             Self::Holds => "holds",
             Self::Fails => "fails",
+            Self::NotKept => "not kept",
             Self::Loses => "loses",
         }
     }

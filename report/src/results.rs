@@ -93,7 +93,7 @@ fn summary(body: &mut String, tables: &[Table]) {
 fn badge(verdict: &str) -> String {
     let class = match verdict {
         "reproduced" | "holds" => "good",
-        "not reproducible" | "fails" => "bad",
+        "not reproducible" | "fails" | "not kept" => "bad",
         "shape only" | "loses" => "fair",
         _ => "plain",
     };

@@ -21,6 +21,34 @@ pub(crate) struct Ends {
     pub(crate) last_end: u64,
     /// Of each task: its longest response time, in nanoseconds, and jobs that missed.
     pub(crate) by_task: Vec<(u64, u64)>,
+    /// Of each task, what became of its jobs.
+    pub(crate) fates: Vec<Vec<Fate>>,
+    /// What ran, in the order of starts; without preemption.
+    pub(crate) spans: Vec<Span>,
+}
+
+/// How a job ended.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Fate {
+    /// All its nodes ended by its deadline.
+    pub(crate) on_time: bool,
+    /// When it ended, was given up or found no place, in nanoseconds.
+    pub(crate) at: u64,
+}
+
+/// A node that had a lane. Times are in nanoseconds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Span {
+    /// Its task.
+    pub(crate) task: usize,
+    /// The how-manieth job of its task.
+    pub(crate) job: u64,
+    /// Its number.
+    pub(crate) node: usize,
+    /// From when.
+    pub(crate) start: u64,
+    /// Until when.
+    pub(crate) end: u64,
 }
 
 /// What is run.
@@ -81,7 +109,8 @@ pub(crate) fn drive(case: &Case<'_>, config: Config) -> Option<Ends> {
 pub(crate) fn play<C: Capacity>(world: World<'_>, scheduler: Box<Scheduler<C>>, tasks: Vec<TaskId>) -> Ends {
     let next = vec![0; tasks.len()];
     let (running, suspended) = (BTreeMap::new(), HashMap::new());
-    let ends = Ends { by_task: vec![(0, 0); tasks.len()], ..Ends::default() };
+    let fates = world.releases.iter().map(|releases| vec![Fate::default(); releases.len()]).collect();
+    let ends = Ends { by_task: vec![(0, 0); tasks.len()], fates, ..Ends::default() };
     let mut host = Host { world, scheduler, tasks, next, running, suspended, ends };
     host.run();
     host.ends
@@ -132,11 +161,17 @@ impl<C: Capacity> Host<'_, C> {
     fn release(&mut self, now: u64) {
         for task in 0..self.tasks.len() {
             while self.next_release(task) == Some(now) {
+                let job = self.next[task];
                 self.next[task] += 1;
                 self.ends.jobs += 1;
                 if self.scheduler.release(self.tasks[task], Instant::from_nanos(now)).is_err() {
                     self.ends.missed += 1;
                     self.ends.by_task[task].1 += 1;
+                    self.ends.fates[task][job].at = now;
+                }
+                // One that was displaced is taken before the next release.
+                while let Some(outcome) = self.scheduler.take_outcome() {
+                    self.ended(&outcome);
                 }
             }
         }
@@ -150,6 +185,8 @@ impl<C: Capacity> Host<'_, C> {
             .unwrap_or_else(|| (self.world.time)(first.task.index(), first.index, first.node.index()));
         let unit = Unit { unit: started.unit, job: first.job, node: first.node };
         self.running.insert((now + time, started.lane.index()), unit);
+        let (task, job, node) = (first.task.index(), first.index, first.node.index());
+        self.ends.spans.push(Span { task, job, node, start: now, end: now + time });
     }
 
     fn stop(&mut self, stopped: Dispatch, now: u64) {
@@ -165,6 +202,8 @@ impl<C: Capacity> Host<'_, C> {
         self.ends.missed += missed;
         let (longest, misses) = &mut self.ends.by_task[outcome.task.index()];
         *misses += missed;
+        let fate = Fate { on_time: outcome.on_time(), at: outcome.at.as_nanos() };
+        self.ends.fates[outcome.task.index()][outcome.index as usize] = fate;
         if outcome.shed.is_none() {
             *longest = (*longest).max(outcome.at.since(outcome.release).as_nanos());
         }

@@ -2,7 +2,7 @@
 
 use crate::rng::Rng;
 use red_certificate as certificate;
-use red_core::{Caps, Dag, Duration, Node, NodeId, Timing, Wcet};
+use red_core::{Capacity, Caps, Dag, Duration, Node, NodeId, Timing, Wcet};
 
 /// Capacities of every experiment of the scoreboard. As many preempted nodes may wait as there are lanes of capacity, so
 /// these are more than the eight that run.
@@ -147,9 +147,9 @@ impl Graph {
         }
     }
 
-    /// As the scheduler takes it, best cases in percent of the costs; `None` where it is larger than its capacity.
+    /// As a scheduler takes it, best cases in percent of the costs; `None` where it is larger than its capacity.
     #[must_use]
-    pub(crate) fn dag(&self, best_percent: u64) -> Option<Dag<Board>> {
+    pub(crate) fn dag<C: Capacity>(&self, best_percent: u64) -> Option<Dag<C>> {
         let mut dag = Dag::new();
         for cost in &self.costs {
             let best = Duration::from_nanos(cost * best_percent / 100);
