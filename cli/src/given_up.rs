@@ -2,6 +2,7 @@
 
 use crate::session::Robot;
 use red_core::{Capacity, ShedReason};
+use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt;
 
@@ -33,7 +34,7 @@ const fn words(reason: ShedReason) -> &'static str {
 const _: () = assert!(Robot::JOBS == 64 && red_sim::Lab::JOBS == 64);
 
 /// Jobs that were given up, by the name of the reason.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub(crate) struct GivenUp(BTreeMap<&'static str, u64>);
 
 impl FromIterator<&'static str> for GivenUp {
@@ -48,6 +49,11 @@ impl GivenUp {
     /// Whether no job was.
     pub(crate) fn is_empty(&self) -> bool {
         self.0.is_empty()
+    }
+
+    /// How many there are.
+    pub(crate) fn total(&self) -> u64 {
+        self.0.values().sum()
     }
 
     /// The reasons that occurred, with their counts and their words.
