@@ -37,7 +37,7 @@ fn divided(model: &Model, division: &Value) -> Model {
 #[test]
 fn under_a_division_no_task_is_worse_off() {
     let mut found = 0;
-    for seed in 0..120 {
+    for seed in 0..60 {
         let model = drawn(seed, (20, 110));
         let [before, after] = ["before.toml", "after.toml"].map(|name| format!("division-{name}"));
         let before = file(&before, model.text().as_bytes());
@@ -55,12 +55,13 @@ fn under_a_division_no_task_is_worse_off() {
             let [old, new] = [old, new].map(|tasks| tasks[task]["response_ns"].as_u64());
             proved += u64::from(new.is_some());
             assert!(old.is_none_or(|old| new.is_some_and(|new| new <= old)), "seed {seed}: {division}");
-            let on_time = |report: &Value| report["tasks"][task]["on_time"].as_u64();
-            assert!(on_time(&runs) >= on_time(&ran), "seed {seed}: {division}");
+            // Not what was on time: the last job may be undecided in one of them.
+            let missed = |report: &Value| report["tasks"][task]["missed"].as_u64();
+            assert!(missed(&runs) <= missed(&ran), "seed {seed}: {division}");
             let alone = |plan: &Value| plan["tasks"][task]["certificate"]["response_ns"].as_u64();
             assert!(new.is_some() || alone(&divided) <= alone(&plan), "seed {seed}: {division}");
         }
         assert_eq!(division["proved"].as_u64(), Some(proved));
     }
-    assert!(found > 5, "{found}");
+    assert!(found > 2, "{found}");
 }

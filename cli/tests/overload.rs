@@ -60,8 +60,9 @@ fn what_no_test_accepts_and_no_job_misses_is_predicted_nothing() {
     // Two lanes and two jobs at a time: more than one period each.
     let text = "pool = [{ name = \"cpu\", lanes = 2 }]\n[[task]]\nname = \"a\"\ndeadline = \"50ms\"\nperiod = \"30ms\"\n\
                 node = [{ name = \"n\", wcet = \"40ms\" }]\n";
-    let (status, plan, _) = planned("pipelined.toml", text);
+    let (status, plan, shown) = planned("pipelined.toml", text);
     assert_eq!((status, &plan["overload"]), (1, &Value::Null));
+    assert!(shown.contains("no job is lost in a simulation of 60.000 s"), "{shown}");
 }
 
 #[test]

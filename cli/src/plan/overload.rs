@@ -44,7 +44,7 @@ impl Overload {
         if plan.admission.fits {
             return Ok(None);
         }
-        let options = evidence::at_wcet(evidence::horizon_ns(workload, PERIODS, MOST_SUB_JOBS));
+        let options = options(workload);
         let losses = losses::of(workload, &simulate(workload, &options)?);
         let from_bcet = match Between::of(workload, options.seed) {
             Some(world) => Some(losses::of(workload, &in_world(&world, workload, &options)?)),
@@ -60,6 +60,14 @@ impl Overload {
             tasks.push(Predicted { losses, reason });
         }
         Ok(Some(Self { horizon_ns: options.horizon_ns, tasks, from_bcet }))
+    }
+
+    /// What people are told where nothing is predicted of a workload that does not fit.
+    pub(super) fn none(workload: &Workload) -> String {
+        format!(
+            "no job is lost in a simulation of {} under redrt, every node at its WCET",
+            Duration::from_nanos(options(workload).horizon_ns)
+        )
     }
 
     /// For people.
@@ -80,6 +88,10 @@ impl Overload {
         parts.push(reasons.join("\n"));
         parts.join("\n\n")
     }
+}
+
+fn options(workload: &Workload) -> Options {
+    evidence::at_wcet(evidence::horizon_ns(workload, PERIODS, MOST_SUB_JOBS))
 }
 
 /// The file has no `[sync]` grid under this policy, and best cases are those that it declares.

@@ -20,7 +20,9 @@ pub(super) fn text(workload: &Workload, planned: &Planned, why: &[String]) -> St
     parts.push(together(plan));
     parts.push(verdict(plan));
     parts.push(why.join("\n"));
-    parts.extend(overload.as_ref().map(Overload::text));
+    if !plan.admission.fits {
+        parts.push(overload.as_ref().map_or_else(|| Overload::none(workload), Overload::text));
+    }
     parts.retain(|part| !part.is_empty());
     parts.join("\n\n")
 }

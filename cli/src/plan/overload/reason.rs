@@ -149,8 +149,14 @@ fn rank(workload: &Workload, asked: &Asked, task: usize) -> String {
     parts.join(", and ")
 }
 
+/// The first three, with their values.
 fn names(tasks: &[&Task]) -> String {
-    tasks.iter().map(|task| format!("`{}` ({})", task.name, task.value)).collect::<Vec<_>>().join(", ")
+    let shown = tasks.iter().take(3).map(|task| format!("`{}` ({})", task.name, task.value));
+    let shown = shown.collect::<Vec<_>>().join(", ");
+    match tasks.len().saturating_sub(3) {
+        0 => shown,
+        more => format!("{shown} and {more} more"),
+    }
 }
 
 /// Such as `133 % of 1 lane`; events may make it less.

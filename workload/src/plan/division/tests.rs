@@ -27,7 +27,10 @@ fn a_division_that_is_written_into_the_file_proves_what_it_says() {
         let holds = |cluster: &&Divided| cluster.tasks.iter().any(|other| other == task);
         found.clusters.iter().find(holds).map(|cluster| cluster.name.clone()).expect("a cluster")
     };
-    assert!(lines.contains(&format!("t0:\n    cluster = \"{}\"", cluster_of("t0"))), "{lines}");
+    for Divided { name, tasks, .. } in &found.clusters {
+        let line = format!("  to {}:\n    cluster = \"{name}\"", tasks.join(", "));
+        assert!(lines.contains(&line), "{lines}");
+    }
     let mut file = format!("pool = [{{ name = \"gpu\", lanes = 2, {clusters} }}]\n");
     for (i, (wcet, deadline, period)) in tasks.into_iter().enumerate() {
         let cluster = cluster_of(&format!("t{i}"));
