@@ -14,10 +14,14 @@ use crate::prove::prove;
 use red_certificate::{Certificate, Cluster, Graph, Set, Task};
 use std::cmp::Reverse;
 
-/// The set under another division that proves more tasks, with its certificate; `None` where none was found. Time bound: as
-/// many proofs of parts of the set as it has tasks times lanes.
+/// The set under another division that proves more tasks, with its certificate; `None` where none was found that `accepts`
+/// takes. Time bound: as many proofs of parts of the set as it has tasks times lanes.
 #[must_use]
-pub fn divide(set: &Set, proved: &Certificate) -> Option<(Set, Certificate)> {
+pub fn divide(
+    set: &Set,
+    proved: &Certificate,
+    mut accepts: impl FnMut(&Set, &Certificate) -> bool,
+) -> Option<(Set, Certificate)> {
     if proved.is_analytic() {
         return None;
     }
@@ -30,8 +34,11 @@ pub fn divide(set: &Set, proved: &Certificate) -> Option<(Set, Certificate)> {
     let mut best: Option<(Set, Certificate)> = None;
     for pool in pools {
         let (set, proved) = best.as_ref().map_or((set, proved), |(set, proved)| (set, proved));
-        let more = divide_pool(set, pool).filter(|(_, certificate)| count(certificate) > count(proved));
-        best = more.or(best);
+        let mut is_better = |(divided, certificate): &(Set, Certificate)| {
+            count(certificate) > count(proved) && accepts(divided, certificate)
+        };
+        let better = divide_pool(set, pool, &mut is_better);
+        best = better.or(best);
     }
     best
 }
@@ -65,8 +72,12 @@ struct Pool<'a> {
     tasks: Vec<usize>,
 }
 
-/// Of both orders the one that proves more.
-fn divide_pool(set: &Set, name: &str) -> Option<(Set, Certificate)> {
+/// Of both orders the one that proves more, if it is taken, else the other.
+fn divide_pool(
+    set: &Set,
+    name: &str,
+    takes: &mut impl FnMut(&(Set, Certificate)) -> bool,
+) -> Option<(Set, Certificate)> {
     let is_here = |cluster: usize| set.clusters[cluster].pool == name;
     let lanes = set.clusters.iter().filter(|cluster| cluster.pool == name).map(|cluster| cluster.lanes).sum();
     let clusters_of = |task: &Task| -> Vec<usize> {
@@ -86,11 +97,13 @@ fn divide_pool(set: &Set, name: &str) -> Option<(Set, Certificate)> {
         (divided, certificate)
     };
     let spread = of(Order::Spread);
-    if count(&spread.1) == set.tasks.len() {
+    if count(&spread.1) == set.tasks.len() && takes(&spread) {
         return Some(spread);
     }
     let packed = of(Order::Packed);
-    Some(if count(&packed.1) > count(&spread.1) { packed } else { spread })
+    let is_first = count(&packed.1) > count(&spread.1);
+    let both = if is_first { [packed, spread] } else { [spread, packed] };
+    both.into_iter().find(takes)
 }
 
 /// Work over so much time, in millionths: as exact as an order needs.

@@ -23,7 +23,7 @@ fn folder() -> PathBuf {
     let folder = root.join("bodies");
     let _none_there = fs::remove_dir_all(&folder);
     fs::create_dir_all(folder.join("folder")).unwrap();
-    let object = root.join(plugin::faults("bodies"));
+    let object = root.join(plugin::built("faults", "bodies"));
     let whole = fs::read(&object).unwrap();
     fs::write(folder.join("good.so"), &whole).unwrap();
     fs::write(folder.join("cut.so"), &whole[..whole.len() / 3]).unwrap();
@@ -126,7 +126,7 @@ fn nodes_without_a_body_for_their_pool_are_refused_at_their_place() {
 #[test]
 fn a_plugin_that_refuses_a_lane_stops_the_start() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
-    let object = plugin::faults("refuses");
+    let object = plugin::built("faults", "refuses");
     let node = format!(
         "node = [{{ name = 'a', wcet = '1ms', body = {{ plugin = '{object}', symbol = 'refuses' }} }}]\n"
     );

@@ -14,7 +14,7 @@ use std::process::Output;
 
 /// Half a second of task `t`, whose node `a` has the body `symbol`, and what else the workload has.
 fn run(symbol: &str, more: &str) -> Output {
-    let object = plugin::faults(symbol);
+    let object = plugin::built("faults", symbol);
     let text = format!(
         "pool = [{{ name = \"cpu\", lanes = 1 }}]\n\
          [[task]]\nname = \"t\"\nperiod = \"50ms\"\ndeadline = \"20s\"\n\

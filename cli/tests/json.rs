@@ -23,7 +23,7 @@ fn keys(value: &Value) -> Vec<&str> {
 #[test]
 fn a_plan_has_the_keys_of_the_contract() {
     let plan = object(&["plan", "examples/cruise.toml", "--json"]);
-    assert_eq!(keys(&plan), ["admission", "certificate", "scheduler_bytes", "tasks"]);
+    assert_eq!(keys(&plan), ["admission", "certificate", "overload", "scheduler_bytes", "tasks"]);
     assert_eq!(keys(&plan["admission"]), ["binding", "fits", "guarantee", "margin_ns"]);
     let task = &plan["tasks"][0];
     let of_task = ["certificate", "critical_path_ns", "deadline_ns", "levels", "name", "nodes", "work_ns"];

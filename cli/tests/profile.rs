@@ -152,7 +152,7 @@ fn what_cannot_be_measured_is_named() {
 
 #[test]
 fn a_body_that_never_returns_is_named_and_nothing_is_written() {
-    let object = plugin::faults("profile");
+    let object = plugin::built("faults", "profile");
     let body = format!("body = {{ plugin = {object:?}, symbol = \"always_hangs\" }}");
     let path = file("hung.toml", WORKLOAD.replace("body = { spin = \"200us\" }", &body).as_bytes());
     let (status, out, err) = profile(path.to_str().unwrap(), &["--timeout", "100ms"]);

@@ -63,6 +63,10 @@ pub enum Argument {
 /// Lanes of all pools together: the scheduler's capacity.
 pub const MAX_LANES: u32 = 32;
 
+/// Longest time that is an instant or a distance of instants: 146 years. A difference of two fits `i64`, and a sum
+/// of three fits `u64`.
+pub const MAX_INSTANT_NS: u64 = 1 << 62;
+
 /// Where a pool's bodies run under `run`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PoolKind {

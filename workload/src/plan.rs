@@ -7,6 +7,7 @@ mod admission;
 mod cure;
 mod division;
 mod level_capacity;
+mod search;
 mod together;
 mod utilisation;
 
@@ -20,8 +21,9 @@ use red_core::{
 use serde::Serialize;
 
 pub use admission::{Admission, Certificate, Guarantee, Proof};
-pub use cure::{Cure, Stretch, cures};
+pub use cure::{Cure, Stretch};
 pub use division::{Divided, Division, division};
+pub use search::{Cures, Judge, cures, passes};
 
 /// A whole plan.
 #[derive(Clone, Debug, Serialize)]

@@ -10,16 +10,12 @@ use std::collections::HashSet;
 
 use crate::error::{Fault, Refusal, shown};
 use crate::graph;
-use crate::model::{Sensor, SyncGrid, Workload};
+use crate::model::{MAX_INSTANT_NS, Sensor, SyncGrid, Workload};
 use crate::tree::{Field, Fields, Tree};
 
 use pool::Pools;
 
 pub(crate) use placed::{PlacedEvent, PlacedNode, PlacedTask};
-
-/// Longest time that is an instant or a distance of instants: 146 years. A difference of two fits `i64`, and a sum
-/// of three fits `u64`.
-const MAX_INSTANT_NS: u64 = 1 << 62;
 
 /// What the file as a whole is.
 pub(crate) const OWNER: &str = "a workload";

@@ -1,12 +1,15 @@
 //! A plan for people.
 
+use super::Planned;
+use super::overload::Overload;
 use crate::table::{Table, at_most, signed, time};
 use red_core::Duration;
 use red_workload::model::{Arrival, Task, Workload};
-use red_workload::plan::{Cure, Guarantee, Plan, Proof, TaskPlan};
+use red_workload::plan::{Cures, Guarantee, Plan, Proof, TaskPlan};
 
 /// The whole plan: tasks, pools, verdict, and why it does not fit where it does not.
-pub(super) fn text(workload: &Workload, plan: &Plan, why: &[String]) -> String {
+pub(super) fn text(workload: &Workload, planned: &Planned, why: &[String]) -> String {
+    let Planned { plan, overload } = planned;
     let mut parts: Vec<String> = workload
         .tasks
         .iter()
@@ -17,22 +20,38 @@ pub(super) fn text(workload: &Workload, plan: &Plan, why: &[String]) -> String {
     parts.push(together(plan));
     parts.push(verdict(plan));
     parts.push(why.join("\n"));
+    if !plan.admission.fits {
+        parts.push(overload.as_ref().map_or_else(|| Overload::none(workload), Overload::text));
+    }
     parts.retain(|part| !part.is_empty());
     parts.join("\n\n")
 }
 
-/// Why it does not fit and what would make it fit, in lines; nothing where it fits.
-pub(super) fn refusal(plan: &Plan, cures: &[Cure]) -> Vec<String> {
-    if plan.admission.fits {
-        return Vec::new();
-    }
+/// Which test says that it does not fit.
+pub(super) fn refusal(plan: &Plan) -> Vec<String> {
     let missing = of_limit(plan, -plan.admission.margin_ns);
-    let mut lines = vec![format!("does not fit: {} exceeds its limit by {missing}", plan.admission.binding)];
-    match cures {
-        [] => lines.push("no single change of deadlines, periods, lanes or costs makes it fit".to_owned()),
-        _ => lines.push("any one of these makes it fit:".to_owned()),
+    vec![format!("does not fit: {} exceeds its limit by {missing}", plan.admission.binding)]
+}
+
+/// What makes it fit, in lines; `is_cut_short`: the search ended before it had seen everything.
+pub(super) fn remedies(cures: &Cures, is_cut_short: bool) -> Vec<String> {
+    let mut lines = match (&cures.single[..], &cures.together) {
+        ([], Some(cure)) => vec![
+            "no single change of deadlines, periods, lanes or costs was found that makes it fit; together these do:"
+                .to_owned(),
+            format!("  {cure}"),
+        ],
+        ([], None) => vec![
+            "no single change of deadlines, periods, lanes or costs was found that makes it fit, and no slower pace \
+             of all tasks"
+                .to_owned(),
+        ],
+        _ => vec!["any one of these makes it fit:".to_owned()],
+    };
+    lines.extend(cures.single.iter().map(|cure| format!("  {cure}")));
+    if is_cut_short {
+        lines.push("the search was cut short, for the workload is large: there may be more".to_owned());
     }
-    lines.extend(cures.iter().map(|cure| format!("  {cure}")));
     lines
 }
 

@@ -210,7 +210,7 @@ fn row_72_what_is_no_file_or_changes_while_it_is_read_has_an_answer() {
 #[test]
 fn row_73_a_plugin_outside_of_the_workloads_folder_is_refused() {
     let folder = scratch("row-73/inside").canonicalize().expect("it is there");
-    let object = Path::new(env!("CARGO_TARGET_TMPDIR")).join(plugin::faults("row-73"));
+    let object = Path::new(env!("CARGO_TARGET_TMPDIR")).join(plugin::built("faults", "row-73"));
     let outside = folder.parent().expect("two folders").join("out.so");
     fs::copy(&object, &outside).expect("the folder takes files");
     fs::copy(&object, folder.join("in.so")).expect("the folder takes files");

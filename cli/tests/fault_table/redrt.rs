@@ -8,7 +8,7 @@ use std::process::{Command, Output};
 
 /// A workload whose task `t` has one node with the body `symbol`, one lane for each of the `lanes`, and `more`.
 pub(crate) fn workload(row: &str, symbol: &str, lanes: u32, more: &str) -> PathBuf {
-    let object = plugin::faults(row);
+    let object = plugin::built("faults", row);
     let text = format!(
         "pool = [{{ name = \"cpu\", lanes = {lanes} }}]\n\
          [[task]]\nname = \"t\"\nperiod = \"50ms\"\ndeadline = \"20s\"\n\

@@ -86,7 +86,7 @@ fn row_30_a_panic_in_a_body_fails_its_job_and_never_unwinds_into_c() {
     assert!(panic.job == 1 && panic.message.contains("this row wants this panic"), "{panic:?}");
 
     // The one function of ours that C calls: a panic in it ends the process instead of passing through C.
-    let object = Path::new(env!("CARGO_TARGET_TMPDIR")).join(plugin::faults("row-30"));
+    let object = Path::new(env!("CARGO_TARGET_TMPDIR")).join(plugin::built("faults", "row-30"));
     let Some(output) = apart(&[], || {
         let host = PluginHost::new(|_task| panic!("into C"));
         let mut body =

@@ -3,11 +3,6 @@
 use std::path::Path;
 use std::process::Command;
 
-/// Builds `tests/plugin/faults.c`, as `built` does.
-pub(crate) fn faults(name: &str) -> String {
-    built("faults", name)
-}
-
 /// Builds a file of `tests/plugin` beside the other files of tests, and returns its name there; `name` must be its own
 /// among all tests.
 pub(crate) fn built(source: &str, name: &str) -> String {

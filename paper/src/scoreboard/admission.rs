@@ -64,7 +64,8 @@ fn found(lanes: u8, delta: f64, utilisation: f64, seed: u64) -> Option<Vec<Found
         Some(Found {
             federated: federated::is_proved(&tasks, lanes.into()),
             together,
-            divided: together || divide(&set, &proved).is_some_and(|(_, proved)| proved.is_analytic()),
+            divided: together
+                || divide(&set, &proved, |_, _| true).is_some_and(|(_, proved)| proved.is_analytic()),
             simulated,
         })
     };

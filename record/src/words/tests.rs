@@ -245,7 +245,7 @@ fn words_that_nobody_wrote_are_no_entry() {
         12 | 2 << 4 | 63 << 8 | 6 << 14,
         12 | 3 << 8 | 2 << 14,
         12 | 1 << 4 | 63 << 8 | 2 << 14,
-        13,
+        14,
     ] {
         let mut words = [word, 0, 0, 0, 0, 0, 0].into_iter();
         assert_eq!(Books::new().decode(|| words.next().ok_or(())), Ok(None), "{word:#x}");

@@ -1,32 +1,41 @@
-//! What would make a workload fit: the smallest change of one kind, found by asking the tests again.
+//! Changes that a user can make in a workload file, in words and applied.
 
-use super::{Plan, admission, built, period_ns};
 use crate::model::{Arrival, Part, Work, Workload};
-use red_core::{Capacity, Duration};
+use red_core::Duration;
 use std::fmt;
 
-/// Lanes over all pools that a workload may have.
-const MOST_LANES: u32 = 32;
-/// Longest periods that are suggested, in thousandths of those in the file.
-const LONGEST_PERIODS: u32 = 100_000;
-const WHOLE: u32 = 1_000;
+/// A share of this many thousandths leaves a number as it is.
+pub(super) const WHOLE: u32 = 1_000;
 
-/// A change that alone makes a workload fit.
+/// A change of a workload, as somebody makes it in the file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Cure {
-    /// Longer deadlines, and periods where these are shorter than the bound.
+    /// New deadlines and periods of some tasks.
     Times(Vec<Stretch>),
     /// All periods at this many thousandths of what they are.
     Periods(u32),
     /// More lanes in one pool.
     Lanes {
-        /// Pool.
+        /// Pool, or `pool.cluster`.
         pool: String,
         /// Its lanes then.
         lanes: u32,
+        /// Lanes of the whole pool then; the same where it is undivided.
+        of: u32,
+    },
+    /// A smaller cost of one node.
+    Node {
+        /// Task.
+        task: String,
+        /// Node, `stage.part` in a stage.
+        node: String,
+        /// Its WCET then.
+        wcet_ns: u64,
     },
     /// All costs at this many thousandths of what they are.
     Costs(u32),
+    /// All deadlines and all periods at this many thousandths of what they are.
+    Pace(u32),
 }
 
 /// The times that a task needs.
@@ -40,6 +49,60 @@ pub struct Stretch {
     pub period_ns: Option<u64>,
 }
 
+/// What becomes of a share that is no whole number of nanoseconds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Rounding {
+    Down,
+    Up,
+}
+
+impl Cure {
+    /// The workload with this change.
+    pub(super) fn applied(&self, workload: &Workload, rounding: Rounding) -> Workload {
+        let mut changed = workload.clone();
+        let scaled = |ns: u64, share: u32| scale(ns, share, rounding);
+        match self {
+            Self::Times(stretches) => {
+                for stretch in stretches {
+                    let named = changed.tasks.iter_mut().filter(|task| task.name == stretch.task);
+                    for task in named {
+                        task.deadline_ns = stretch.deadline_ns.unwrap_or(task.deadline_ns);
+                        set_period(&mut task.arrival, |period| stretch.period_ns.unwrap_or(period));
+                    }
+                }
+            }
+            Self::Periods(share) => {
+                let tasks = changed.tasks.iter_mut();
+                tasks.for_each(|task| set_period(&mut task.arrival, |period| scaled(period, *share)));
+            }
+            Self::Pace(share) => {
+                for task in &mut changed.tasks {
+                    task.deadline_ns = scaled(task.deadline_ns, *share);
+                    set_period(&mut task.arrival, |period| scaled(period, *share));
+                }
+            }
+            Self::Lanes { pool, lanes, .. } => {
+                let named = changed.pools.iter_mut().filter(|other| other.name == *pool);
+                named.for_each(|pool| pool.lanes = *lanes);
+            }
+            Self::Node { task, node, wcet_ns } => {
+                each_part(&mut changed, |of, name, part| {
+                    if workload.tasks[of].name == *task && name == node {
+                        part.wcet_ns = *wcet_ns;
+                        part.bcet_ns = part.bcet_ns.min(*wcet_ns);
+                    }
+                });
+            }
+            Self::Costs(share) => each_part(&mut changed, |_, _, part| {
+                part.wcet_ns = scaled(part.wcet_ns, *share);
+                part.bcet_ns = scaled(part.bcet_ns, *share);
+                part.contention_ns = scaled(part.contention_ns, *share);
+            }),
+        }
+        changed
+    }
+}
+
 impl fmt::Display for Cure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -49,17 +112,28 @@ impl fmt::Display for Cure {
                     let times = [("deadline", deadline_ns), ("period", period_ns)];
                     let mut times = times.iter().filter_map(|(name, ns)| ns.map(|ns| (name, ns)));
                     if let Some((name, ns)) = times.next() {
-                        write!(f, " {name} {}", ceiling(ns))?;
+                        write!(f, " {name} {}", Duration::from_nanos(ns))?;
                     }
                     for (name, ns) in times {
-                        write!(f, " and {name} {}", ceiling(ns))?;
+                        write!(f, " and {name} {}", Duration::from_nanos(ns))?;
                     }
                 }
                 Ok(())
             }
             Self::Periods(share) => write!(f, "all periods at {} of what they are", percent(*share)),
-            Self::Lanes { pool, lanes } => write!(f, "pool `{pool}`: {lanes} lanes"),
+            Self::Lanes { pool, lanes, of } => match pool.split_once('.') {
+                None => write!(f, "pool `{pool}`: {lanes} lanes"),
+                Some((pool, cluster)) => {
+                    write!(f, "pool `{pool}`: {of} lanes, {lanes} of them in cluster `{cluster}`")
+                }
+            },
+            Self::Node { task, node, wcet_ns } => {
+                write!(f, "task `{task}`, node `{node}`: wcet {}", Duration::from_nanos(*wcet_ns))
+            }
             Self::Costs(share) => write!(f, "all costs at {} of what they are", percent(*share)),
+            Self::Pace(share) => {
+                write!(f, "all deadlines and periods at {} of what they are", percent(*share))
+            }
         }
     }
 }
@@ -68,68 +142,31 @@ fn percent(thousandths: u32) -> String {
     format!("{}.{} %", thousandths / 10, thousandths % 10)
 }
 
-/// Rounded up to what `Display` shows, so that the number as printed is enough.
-fn ceiling(ns: u64) -> Duration {
-    let step = match ns {
+/// The digit that [`Duration`] shows last, in nanoseconds.
+const fn last_digit(ns: u64) -> u64 {
+    match ns {
         1_000_000_000.. => 1_000_000,
         1_000_000.. => 1_000,
         _ => 1,
-    };
-    Duration::from_nanos(ns.div_ceil(step).saturating_mul(step))
+    }
 }
 
-/// The smallest change of each kind that alone makes `workload` fit, as far as there is one; `plan` is its plan.
-#[must_use]
-pub fn cures<C: Capacity>(workload: &Workload, plan: &Plan) -> Vec<Cure> {
-    if plan.admission.fits {
-        return Vec::new();
-    }
-    let times = stretched::<C>(workload, plan);
-    let lanes = (0..workload.pools.len()).filter_map(|pool| widened::<C>(workload, pool));
-    let costs = smallest(1..=WHOLE - 1, |drop| fits::<C>(&with_costs(workload, WHOLE - drop)));
-    let costs = costs.map(|drop| Cure::Costs(WHOLE - drop));
-    times.into_iter().chain(lanes).chain(costs).collect()
+/// The next longer time that is printed whole.
+pub(super) const fn printed_above(ns: u64) -> u64 {
+    let digit = last_digit(ns);
+    ns.div_ceil(digit).saturating_mul(digit)
 }
 
-/// Deadlines and periods at the bounds; where the pools stay too busy, longer periods.
-fn stretched<C: Capacity>(workload: &Workload, plan: &Plan) -> Option<Cure> {
-    let mut longer = workload.clone();
-    let mut stretches = Vec::new();
-    for (task, planned) in longer.tasks.iter_mut().zip(&plan.tasks) {
-        let needed = planned.certificate.largest_response_ns();
-        let deadline_ns = (task.deadline_ns < needed).then_some(needed);
-        let period_ns = period_ns(task).filter(|period| *period < needed).map(|_| needed);
-        task.deadline_ns = task.deadline_ns.max(needed);
-        set_period(&mut task.arrival, |period| period.max(needed));
-        if deadline_ns.is_some() || period_ns.is_some() {
-            stretches.push(Stretch { task: task.name.clone(), deadline_ns, period_ns });
-        }
-    }
-    if !stretches.is_empty() && fits::<C>(&longer) {
-        return Some(Cure::Times(stretches));
-    }
-    let slower = |thousandths| fits::<C>(&with_periods(workload, thousandths));
-    smallest(WHOLE + 1..=LONGEST_PERIODS, slower).map(Cure::Periods)
+/// The next shorter time that is printed whole.
+pub(super) const fn printed_below(ns: u64) -> u64 {
+    ns - ns % last_digit(ns)
 }
 
-fn widened<C: Capacity>(workload: &Workload, pool: usize) -> Option<Cure> {
-    let (now, name) = (workload.pools[pool].lanes, workload.pools[pool].name.clone());
-    let others: u32 = workload.pools.iter().map(|pool| pool.lanes).sum::<u32>() - now;
-    let with_lanes = |lanes| {
-        let mut wider = workload.clone();
-        wider.pools[pool].lanes = lanes;
-        fits::<C>(&wider)
-    };
-    smallest(now + 1..=MOST_LANES.saturating_sub(others), with_lanes)
-        .map(|lanes| Cure::Lanes { pool: name, lanes })
-}
-
-fn with_periods(workload: &Workload, thousandths: u32) -> Workload {
-    let mut slower = workload.clone();
-    for task in &mut slower.tasks {
-        set_period(&mut task.arrival, |period| scale(period, thousandths));
-    }
-    slower
+pub(super) fn scale(ns: u64, thousandths: u32, rounding: Rounding) -> u64 {
+    let product = u128::from(ns) * u128::from(thousandths);
+    let whole = u128::from(WHOLE);
+    let scaled = if rounding == Rounding::Up { product.div_ceil(whole) } else { product / whole };
+    u64::try_from(scaled).unwrap_or(u64::MAX)
 }
 
 fn set_period(arrival: &mut Arrival, new: impl FnOnce(u64) -> u64) {
@@ -139,47 +176,23 @@ fn set_period(arrival: &mut Arrival, new: impl FnOnce(u64) -> u64) {
     }
 }
 
-fn with_costs(workload: &Workload, thousandths: u32) -> Workload {
-    let mut faster = workload.clone();
-    let shrink = |part: &mut Part| {
-        part.wcet_ns = scale(part.wcet_ns, thousandths);
-        part.contention_ns = scale(part.contention_ns, thousandths);
-    };
-    let of_tasks = faster.tasks.iter_mut().flat_map(|task| &mut task.nodes);
-    let of_events = faster.events.iter_mut().flat_map(|event| &mut event.add);
-    for node in of_tasks.chain(of_events) {
-        match &mut node.work {
-            Work::Plain(part) => shrink(part),
-            Work::Stage(stage) => {
-                shrink(&mut stage.encoder);
-                stage.decoders.iter_mut().for_each(|(_, part)| shrink(part));
+/// Every part of every node with the index of its task and its name, those of events included.
+pub(super) fn each_part(workload: &mut Workload, mut change: impl FnMut(usize, &str, &mut Part)) {
+    let of_tasks = workload.tasks.iter_mut().enumerate().map(|(i, task)| (i, &mut task.nodes));
+    let of_events = workload.events.iter_mut().map(|event| (event.task, &mut event.add));
+    for (i, nodes) in of_tasks.chain(of_events) {
+        for node in nodes {
+            match &mut node.work {
+                Work::Plain(part) => change(i, &node.name, part),
+                Work::Stage(stage) => {
+                    change(i, &format!("{}.encoder", node.name), &mut stage.encoder);
+                    for (decoder, part) in &mut stage.decoders {
+                        change(i, &format!("{}.{decoder}", node.name), part);
+                    }
+                }
             }
         }
     }
-    faster
-}
-
-fn scale(ns: u64, thousandths: u32) -> u64 {
-    u64::try_from(u128::from(ns) * u128::from(thousandths) / u128::from(WHOLE)).unwrap_or(u64::MAX)
-}
-
-fn fits<C: Capacity>(workload: &Workload) -> bool {
-    let pools = admission::Pools::of(workload);
-    let versions = built::<C>(workload).and_then(|built| admission::versions(workload, &built, &pools));
-    versions.is_ok_and(|versions| admission::fits(workload, &pools, &versions))
-}
-
-/// The smallest number for which `holds`, by bisection; what it returns does hold.
-fn smallest(range: std::ops::RangeInclusive<u32>, holds: impl Fn(u32) -> bool) -> Option<u32> {
-    let (mut low, mut high) = range.into_inner();
-    if low > high || !holds(high) {
-        return None;
-    }
-    while low < high {
-        let middle = low + (high - low) / 2;
-        if holds(middle) { high = middle } else { low = middle + 1 }
-    }
-    Some(high)
 }
 
 #[cfg(test)]

@@ -2,9 +2,9 @@
 
 use super::node::{self, Origin};
 use super::pool::Pools;
-use super::{MAX_INSTANT_NS, PlacedEvent, PlacedNode, PlacedTask, UniqueNames};
+use super::{PlacedEvent, PlacedNode, PlacedTask, UniqueNames};
 use crate::error::{Fault, Refusal, shown};
-use crate::model::{Arrival, Event, Part, Task, Work};
+use crate::model::{Arrival, Event, MAX_INSTANT_NS, Part, Task, Work};
 use crate::tree::{Field, Fields};
 
 /// Tasks of a file: the scheduler's capacity.

@@ -1,0 +1,176 @@
+//! Who loses to whom and why, in one sentence a task.
+
+use super::super::evidence::period_ns;
+use super::losses::Losses;
+use crate::outcome::Failure;
+use red_core::Duration;
+use red_sim::{Lab, Options, simulate};
+use red_workload::model::{Event, Task, Workload};
+use red_workload::plan::{Plan, set};
+
+/// All lanes all the time, in millionths.
+const WHOLE_PPM: u128 = 1_000_000;
+
+/// What each task asks of each pool: the most of all its graphs.
+pub(super) struct Asked {
+    /// By task and pool, millionths of a lane.
+    load_ppm: Vec<Vec<u128>>,
+    /// By task: the longest path of any of its graphs.
+    longest_ns: Vec<u64>,
+}
+
+impl Asked {
+    pub(super) fn of(workload: &Workload, plan: &Plan) -> Self {
+        let pools = workload.pools.len();
+        // What could be planned has a set; without one nothing is said of load.
+        let set = set::<Lab>(workload).unwrap_or_default();
+        let mut load_ppm = vec![vec![0; pools]; workload.tasks.len()];
+        for ((load, task), planned) in load_ppm.iter_mut().zip(&workload.tasks).zip(&set.tasks) {
+            let Some(period_ns) = period_ns(task.arrival) else { continue };
+            for graph in &planned.versions {
+                for (pool, most) in load.iter_mut().enumerate() {
+                    let here = graph.nodes.iter().filter(|node| node.cluster == pool);
+                    let work: u128 = here.map(|node| u128::from(node.cost_ns)).sum();
+                    *most = (*most).max((work * WHOLE_PPM).div_ceil(period_ns.into()));
+                }
+            }
+        }
+        let longest = |task: &red_workload::plan::TaskPlan| {
+            let certificate = &task.certificate;
+            let proofs = [&certificate.base].into_iter().chain(&certificate.changes);
+            proofs.map(|proof| proof.critical_path_ns).max().unwrap_or(0)
+        };
+        Self { load_ppm, longest_ns: plan.tasks.iter().map(longest).collect() }
+    }
+
+    fn uses(&self, task: usize, pool: usize) -> bool {
+        self.load_ppm[task][pool] > 0
+    }
+
+    fn meet(&self, one: usize, other: usize) -> bool {
+        one != other
+            && (0..self.load_ppm[one].len()).any(|pool| self.uses(one, pool) && self.uses(other, pool))
+    }
+
+    /// The pool of a task that these tasks ask most of: its index, and millionths of its lanes.
+    fn busiest(&self, workload: &Workload, task: usize, of: impl Fn(usize) -> bool) -> Option<(usize, u128)> {
+        let share = |pool: usize| {
+            let asked: u128 =
+                (0..self.load_ppm.len()).filter(|i| of(*i)).map(|i| self.load_ppm[i][pool]).sum();
+            (pool, asked.div_ceil(workload.pools[pool].lanes.into()))
+        };
+        let pools = (0..workload.pools.len()).filter(|pool| self.uses(task, *pool));
+        pools.map(share).max_by_key(|(_, ppm)| *ppm)
+    }
+}
+
+/// Why a task loses what it loses; `options` are those of the simulation that showed it.
+pub(super) fn of(
+    workload: &Workload,
+    asked: &Asked,
+    options: &Options,
+    task: usize,
+    losses: &Losses,
+) -> Result<String, Failure> {
+    let head = format!("task `{}` loses {} of {} jobs", losses.name, losses.lost(), losses.released);
+    if losses.lost() == 0 {
+        return Ok(head);
+    }
+    let alone = simulate(&alone(workload, task), options)?.tasks.first().map_or(0, |task| task.missed);
+    if alone >= losses.lost() {
+        return Ok(format!(
+            "{head}: even alone it would lose {alone}, for {}",
+            by_itself(workload, asked, task)
+        ));
+    }
+    let mut sentence = format!("{head}: {}", rank(workload, asked, task));
+    if let Some((pool, ppm)) = asked.busiest(workload, task, |_| true) {
+        let (name, lanes) = (&workload.pools[pool].name, lanes(workload, pool, ppm));
+        sentence += &if ppm > WHOLE_PPM {
+            format!("; pool `{name}` is asked for {lanes}")
+        } else {
+            format!("; pool `{name}` is asked for only {lanes}, but deadlines are too short to wait for all")
+        };
+    }
+    if alone > 0 {
+        sentence += &format!("; {alone} it would lose even alone");
+    }
+    Ok(sentence)
+}
+
+/// The workload with one task of it.
+fn alone(workload: &Workload, task: usize) -> Workload {
+    let events = workload.events.iter().filter(|event| event.task == task);
+    Workload {
+        tasks: vec![workload.tasks[task].clone()],
+        events: events.map(|event| Event { task: 0, ..event.clone() }).collect(),
+        ..workload.clone()
+    }
+}
+
+fn by_itself(workload: &Workload, asked: &Asked, task: usize) -> String {
+    let (longest_ns, deadline_ns) = (asked.longest_ns[task], workload.tasks[task].deadline_ns);
+    if longest_ns > deadline_ns {
+        let [longest, deadline] = [longest_ns, deadline_ns].map(Duration::from_nanos);
+        return format!("its longest path of {longest} exceeds its deadline of {deadline}");
+    }
+    match asked.busiest(workload, task, |other| other == task).filter(|(_, ppm)| *ppm > WHOLE_PPM) {
+        Some((pool, ppm)) => {
+            format!("it asks for {} of pool `{}`", lanes(workload, pool, ppm), workload.pools[pool].name)
+        }
+        None => "its deadline is too short for its work on these lanes".to_owned(),
+    }
+}
+
+/// Whom it loses to.
+fn rank(workload: &Workload, asked: &Asked, task: usize) -> String {
+    let value = workload.tasks[task].value;
+    let rivals =
+        || (0..workload.tasks.len()).filter(|other| asked.meet(task, *other)).map(|i| &workload.tasks[i]);
+    let above: Vec<&Task> = rivals().filter(|other| other.value > value).collect();
+    let equal: Vec<&Task> = rivals().filter(|other| other.value == value).collect();
+    let floors: Vec<&Task> = rivals().filter(|other| other.value < value && other.floor.is_some()).collect();
+    let mut parts = Vec::new();
+    if !above.is_empty() {
+        parts.push(format!("its value {value} is below that of {}", names(&above)));
+    }
+    if !equal.is_empty() {
+        parts.push(format!(
+            "its value {value} is also that of {}, and among equals as many go as fit",
+            names(&equal)
+        ));
+    }
+    if !floors.is_empty() {
+        parts.push(format!("jobs that a floor cannot spare come first, of {}", names(&floors)));
+    }
+    if parts.is_empty() {
+        parts.push("nobody ranks above it, but nodes of others keep the lanes that they hold".to_owned());
+    }
+    parts.join(", and ")
+}
+
+/// The first three, with their values.
+fn names(tasks: &[&Task]) -> String {
+    let shown = tasks.iter().take(3).map(|task| format!("`{}` ({})", task.name, task.value));
+    let shown = shown.collect::<Vec<_>>().join(", ");
+    match tasks.len().saturating_sub(3) {
+        0 => shown,
+        more => format!("{shown} and {more} more"),
+    }
+}
+
+/// Such as `133 % of 1 lane`; events may make it less.
+fn lanes(workload: &Workload, pool: usize, ppm: u128) -> String {
+    let up_to = if workload.events.is_empty() { "" } else { "up to " };
+    let percent = (ppm + 5_000) / 10_000;
+    // What is too much does not look as if it were just enough.
+    let share = if ppm > WHOLE_PPM && percent == 100 {
+        "just above 100 %".to_owned()
+    } else {
+        format!("{percent} %")
+    };
+    match workload.pools[pool].lanes {
+        1 => format!("{up_to}{share} of 1 lane"),
+        lanes => format!("{up_to}{share} of {lanes} lanes"),
+    }
+}
