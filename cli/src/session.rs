@@ -168,8 +168,7 @@ pub(crate) fn execute(
     let events = if options.trace { TRACE_EVENTS } else { 0 };
     // A unit has two events at least.
     let sub_deadlines = SubDeadlines::new(lanes, events / 2);
-    let wcets_ns = |nodes: &Vec<Numbered>| nodes.iter().map(Numbered::wcet_ns).collect();
-    let costs = Costs::new(lanes, plan.nodes.iter().map(wcets_ns));
+    let costs = Costs::new(lanes, &plan.nodes);
     let notes = Notes::new(tasks.clone(), deadlines, plan.changes, &jobs, events, costs, live.clone());
     let (record, mut tape) = Recording::start(source, options, &mode)?.unzip();
     for pool in (0..workload.pools.len()).filter(|pool| cuda::is_cuda(workload, *pool)) {
@@ -223,15 +222,8 @@ pub(crate) fn execute(
         return Err(SessionError::Instance(words));
     }
     progress(Progress::Ended, end_ns, &live);
-    let mut summary = summary(
-        workload,
-        &plan.nodes,
-        options,
-        &notes,
-        &figures,
-        record.as_ref().map(ClosedLog::summary),
-        end_ns,
-    );
+    let mut summary =
+        summary(workload, options, &notes, &figures, record.as_ref().map(ClosedLog::summary), end_ns);
     summary.cost_drift = notes.costs.drifted(&names, &plan.nodes);
     let mut said = bodies.said();
     if let Some(cuda) = &cuda {

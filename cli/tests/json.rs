@@ -60,9 +60,29 @@ fn a_simulation_has_the_keys_of_the_contract() {
     assert_eq!(keys(&report), of_report);
     assert_eq!((&report["policy"], &report["seed"]), (&"redrt".into(), &1.into()));
     assert_eq!(report["horizon_ns"], 60_000_000_000u64);
-    let of_task =
-        ["completed", "missed", "name", "on_time", "qoe", "released", "response_ns", "shed", "tardiness_ns"];
+    let of_task = [
+        "completed",
+        "early_ns",
+        "floor",
+        "given_up",
+        "missed",
+        "name",
+        "nodes",
+        "on_time",
+        "qoe",
+        "released",
+        "response_ns",
+        "shed",
+        "tardiness_ns",
+        "value_on_time",
+        "value_released",
+        "warned",
+        "warned_on_time",
+    ];
     assert_eq!(keys(&report["tasks"][0]), of_task);
+    assert_eq!(keys(&report["tasks"][0]["early_ns"]), ["p50", "p99"]);
+    let of_node = ["count", "execution_ns", "name", "overruns", "wcet_ns"];
+    assert_eq!(keys(&report["tasks"][0]["nodes"][0]), of_node);
     assert_eq!(keys(&report["tasks"][0]["qoe"]), ["0.05", "1"]);
     assert_eq!(keys(&report["pools"][0]), ["busy_ns", "lanes", "name"]);
 

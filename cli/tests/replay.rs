@@ -131,8 +131,8 @@ fn logs_that_are_not_whole_are_refused() {
     // A name that is not there is told before the log is fed.
     refused(run(&["replay", &log, "--what-if", "deadline.x=2ms"]), 2, &["there is no task `x`"]);
     refuse(&[&bytes[..bytes.len() - 1], &[bytes[bytes.len() - 1] ^ 1]].concat(), "damaged");
-    refuse(&[&bytes[..6], &[5, 0], &bytes[8..]].concat(), "update the program");
-    refuse(&[&bytes[..6], &[3, 0], &bytes[8..]].concat(), "the version that recorded it");
+    refuse(&[&bytes[..6], &[6, 0], &bytes[8..]].concat(), "update the program");
+    refuse(&[&bytes[..6], &[4, 0], &bytes[8..]].concat(), "the version that recorded it");
     refuse(b"", "no replay log");
     refuse(FILE.as_bytes(), "no replay log");
     refused(run(&["replay", "/nowhere/at.all"]), 2, &["there is no such file", "check the path"]);

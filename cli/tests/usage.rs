@@ -106,7 +106,7 @@ fn a_simulation_tells_why_jobs_were_given_up() {
         listed.contains("t gave up: full ") && listed.contains("full: no place for a 65th job"),
         "{listed}"
     );
-    assert!(sim(&[]).contains("--schedule tells why"));
+    assert!(sim(&[]).contains("t gave up: full "), "also where they are not listed");
     let (_, none, _) = run(&["sim", CRUISE, "--schedule", "--horizon", "1s"]);
     assert!(!none.contains("reason"), "{none}");
 }

@@ -164,7 +164,7 @@ impl<'a> Host<'a> {
             first_lane.push(lanes);
             lanes += pool.lanes as usize;
         }
-        let executions = Executions::new(plan.nodes.iter().map(Vec::len));
+        let executions = Executions::new(0, &plan.nodes);
         Ok(Self {
             workload,
             options,

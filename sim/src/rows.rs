@@ -72,9 +72,9 @@ impl Host<'_> {
             let first = start_a.cmp(&start_b).then_with(|| a.pool.cmp(&b.pool)).then(lane_a.cmp(&lane_b));
             first.then_with(|| a.task.cmp(&b.task)).then(job_a.cmp(&job_b)).then_with(|| a.node.cmp(&b.node))
         });
-        let named = self.workload.tasks.iter().zip(&self.logs).zip(&self.nodes).enumerate();
-        let tasks = named.map(|(number, ((task, log), nodes))| TaskMetrics {
-            nodes: self.executions.of(number, nodes),
+        let named = self.workload.tasks.iter().zip(&self.logs).enumerate();
+        let tasks = named.map(|(number, (task, log))| TaskMetrics {
+            nodes: self.executions.of(number),
             ..summarise(task, log, self.horizon, self.horizon)
         });
         let pools = self.workload.pools.iter().zip(&self.busy);

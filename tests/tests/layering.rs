@@ -58,6 +58,7 @@ const UNSAFE: &[(&str, &str)] = &[
     ("bodies/src/clock.rs", "reads a thread's CPU clock"),
     ("bodies/examples/measure.rs", "a counting allocator"),
     ("tests/planted/src/main.rs", "bugs that sanitizers have to find"),
+    ("fuzz/fuzz_targets/keys.rs", "stands in for a function of the C library"),
     ("fuzz/fuzz_targets/abi_calls/ground.rs", "memory that the library and the fuzzer use"),
     ("tests/soak/src/allocator.rs", "a counting allocator"),
     ("tests/soak/src/death.rs", "a thread that dies"),

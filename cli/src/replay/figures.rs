@@ -9,6 +9,9 @@ use red_workload::metrics::{TaskLog, TaskMetrics, nodes::Executions, summarise};
 use red_workload::model::{Task, Workload};
 use std::collections::HashMap;
 
+/// Lanes of a scheduler at most.
+const LANES: usize = 32;
+
 /// Follows a replay, and keeps every release, execution and end.
 pub(crate) struct Figures {
     pub(crate) past: Past,
@@ -18,7 +21,7 @@ pub(crate) struct Figures {
     nodes: Vec<Vec<Numbered>>,
     running: HashMap<UnitId, OnLane>,
     /// By lane.
-    pub(crate) busy_ns: [u64; 32],
+    pub(crate) busy_ns: [u64; LANES],
     pub(crate) nodes_missed: u64,
     /// When the run ended.
     pub(crate) end: Instant,
@@ -46,7 +49,7 @@ impl Figures {
             deadlines_ns: Vec::new(),
             nodes: Vec::new(),
             running: HashMap::new(),
-            busy_ns: [0; 32],
+            busy_ns: [0; LANES],
             nodes_missed: 0,
             end: Instant::ZERO,
             left_open: false,
@@ -59,7 +62,7 @@ impl Figures {
             past: Past::new(tasks.len()),
             logs: vec![TaskLog::default(); tasks.len()],
             deadlines_ns: tasks.iter().map(|task| task.deadline_ns).collect(),
-            executions: Executions::new(nodes.iter().map(Vec::len)),
+            executions: Executions::new(LANES, &nodes),
             nodes,
             ..Self::of_lanes()
         }
@@ -71,8 +74,13 @@ impl Figures {
             return;
         }
         let now = entry.now.as_nanos();
-        for event in events.iter().filter(|event| event.kind == EventKind::Warned) {
-            if let Some(log) = self.logs.get_mut(event.task.index()) {
+        if let Call::StoodStill(time) = entry.call {
+            self.executions.stood_still(time, entry.now);
+        }
+        for event in events {
+            self.executions.event(event);
+            let log = self.logs.get_mut(event.task.index()).filter(|_| event.kind == EventKind::Warned);
+            if let Some(log) = log {
                 log.warned(event.job, event.at.as_nanos());
             }
         }
@@ -131,7 +139,7 @@ impl Figures {
             .filter(|other| other.after.contains(&unit))
             .for_each(|other| (other.since, other.stood) = (now, 0));
         let took = now.saturating_sub(since);
-        self.busy_ns[unit.lane().index() % 32] += took;
+        self.busy_ns[unit.lane().index() % LANES] += took;
         Some((took.saturating_sub(stood), members))
     }
 
@@ -154,7 +162,6 @@ impl Figures {
         for member in members {
             self.nodes_missed += u64::from(now > member.sub_deadline.as_nanos());
             let task = member.task.index();
-            self.executions.add(task, member.node.index(), took);
             if let Some(node) = self.nodes.get(task).and_then(|nodes| nodes.get(member.node.index())) {
                 self.past.executed(task, member.index, node, took);
             }
@@ -169,9 +176,9 @@ impl Figures {
 
     /// Tasks with the jobs that were released before `until`.
     fn of_tasks(&self, tasks: &[Task], until: Instant) -> Vec<TaskMetrics> {
-        let tasks = tasks.iter().zip(&self.logs).zip(&self.nodes).enumerate();
-        let of_task = |(number, ((task, log), nodes)): (usize, ((&Task, _), &Vec<Numbered>))| TaskMetrics {
-            nodes: self.executions.of(number, nodes),
+        let tasks = tasks.iter().zip(&self.logs).enumerate();
+        let of_task = |(number, (task, log)): (usize, (&Task, _))| TaskMetrics {
+            nodes: self.executions.of(number),
             ..summarise(task, log, until, self.end)
         };
         tasks.map(of_task).collect()

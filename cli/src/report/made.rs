@@ -14,11 +14,12 @@ pub(super) fn made(
 ) -> (Run, Vec<TaskMetrics>, crate::replay::figures::Figures) {
     let Collector { mut run, logs, ranks, figures, .. } = collected;
     let instant = Instant::from_nanos;
-    let named = run.tasks.iter().zip(ranks).zip(&logs);
+    let named = run.tasks.iter().zip(ranks).zip(&logs).enumerate();
     let metrics: Vec<TaskMetrics> = named
-        .map(|((task, (value, floor)), log)| {
+        .map(|(number, ((task, (value, floor)), log))| {
             let judged = Judged { name: &task.name, value, floor };
-            summarise(judged, log, instant(until_ns), instant(end_ns))
+            let nodes = figures.executions.of(number);
+            TaskMetrics { nodes, ..summarise(judged, log, instant(until_ns), instant(end_ns)) }
         })
         .collect();
     run.nodes_missed = figures.nodes_missed;

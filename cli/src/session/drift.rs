@@ -5,10 +5,9 @@
 //! two such medians in a row are above one and a half times the first, and that by a twentieth of its WCET: what is small
 //! beside that changes no schedule.
 
-use hdrhistogram::Histogram;
-use red_core::{Duration, Event, EventKind, Instant};
+use red_core::{Duration, Event, Instant};
 use red_workload::build::Numbered;
-use red_workload::metrics::nodes::{ExecutionTimes, NodeMetrics};
+use red_workload::metrics::nodes::{Executions, NodeMetrics};
 use serde::Serialize;
 
 const WINDOW: usize = 15;
@@ -35,14 +34,13 @@ pub(crate) struct Drifted {
 /// The costs of all nodes, as a run goes on.
 #[derive(Debug, Default)]
 pub(crate) struct Costs {
-    /// When what each lane runs was started.
-    started: Vec<Option<Instant>>,
+    executions: Executions,
     nodes: Vec<Vec<Cost>>,
     /// (task << 8 | node) + 1 of the last that drifted.
     last: u64,
 }
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Cost {
     window: [u64; WINDOW],
     taken: usize,
@@ -52,60 +50,39 @@ struct Cost {
     above: u8,
     /// What it took then, and when.
     drifted: Option<(u64, u64)>,
-    /// All executions, to a thousandth.
-    all: Histogram<u32>,
-    longest_ns: u64,
-    overruns: u64,
 }
 
 impl Costs {
-    /// Of tasks whose nodes have these WCETs, in nanoseconds.
-    pub(crate) fn new(lanes: usize, wcets_ns: impl Iterator<Item = Vec<u64>>) -> Self {
-        let of_node = Cost::new;
-        let of_task = |wcets_ns: Vec<u64>| wcets_ns.into_iter().map(of_node).collect();
-        Self { started: vec![None; lanes], nodes: wcets_ns.map(of_task).collect(), last: 0 }
+    /// Of tasks with these nodes.
+    pub(crate) fn new(lanes: usize, nodes: &[Vec<Numbered>]) -> Self {
+        let of_node = |node: &Numbered| Cost { wcet_ns: node.wcet_ns(), ..Cost::default() };
+        let of_task = |nodes: &Vec<Numbered>| nodes.iter().map(of_node).collect();
+        Self {
+            executions: Executions::new(lanes, nodes),
+            nodes: nodes.iter().map(of_task).collect(),
+            last: 0,
+        }
     }
 
     /// Follows the record. The node that drifted last, if one has, as the live view names it.
     pub(crate) fn event(&mut self, event: &Event) -> u64 {
-        let Some(lane) = self.started.get_mut(event.lane.index()) else { return self.last };
-        match event.kind {
-            EventKind::Started => *lane = Some(event.at),
-            EventKind::Completed => {
-                let took_ns = lane.map_or(0, |start| event.at.as_nanos().saturating_sub(start.as_nanos()));
-                let (task, node) = (event.task.index(), event.node.index());
-                let cost = self.nodes.get_mut(task).and_then(|nodes| nodes.get_mut(node));
-                if cost.is_some_and(|cost| cost.took(took_ns, event.at.as_nanos())) {
-                    self.last = ((task as u64) << 8 | node as u64) + 1;
-                }
+        if let Some((task, node, took_ns)) = self.executions.event(event) {
+            let cost = self.nodes.get_mut(task).and_then(|nodes| nodes.get_mut(node));
+            if cost.is_some_and(|cost| cost.took(took_ns, event.at.as_nanos())) {
+                self.last = ((task as u64) << 8 | node as u64) + 1;
             }
-            _ => {}
         }
         self.last
     }
 
     /// Nothing ran for so long: it is no part of what the nodes take that run.
     pub(crate) fn stood_still(&mut self, time: Duration, now: Instant) {
-        for started in self.started.iter_mut().flatten() {
-            *started = started.saturating_add(time).min(now);
-        }
+        self.executions.stood_still(time, now);
     }
 
     /// The nodes of a task, with what they took.
-    pub(crate) fn nodes(&self, task: usize, nodes: &[Numbered]) -> Vec<NodeMetrics> {
-        let costs = self.nodes.get(task).into_iter().flatten();
-        let of_node = |(node, cost): (&Numbered, &Cost)| {
-            let at =
-                |q: f64| (!cost.all.is_empty()).then(|| cost.all.value_at_quantile(q).min(cost.longest_ns));
-            NodeMetrics {
-                name: node.name.clone(),
-                wcet_ns: cost.wcet_ns,
-                count: cost.all.len(),
-                execution_ns: ExecutionTimes { p50: at(0.5), p99: at(0.99), max: at(1.0) },
-                overruns: cost.overruns,
-            }
-        };
-        nodes.iter().zip(costs).map(of_node).collect()
+    pub(crate) fn nodes(&self, task: usize) -> Vec<NodeMetrics> {
+        self.executions.of(task)
     }
 
     /// The nodes that have drifted.
@@ -125,29 +102,8 @@ impl Costs {
 }
 
 impl Cost {
-    /// Of a node with this WCET, and room for all times that a body may take before it is given up.
-    fn new(wcet_ns: u64) -> Self {
-        let least = (wcet_ns / 4_096).max(1);
-        let most = wcet_ns.saturating_mul(10).saturating_add(LONGEST_ABOVE_NS).max(2 * least);
-        let all = Histogram::new_with_bounds(least, most, 3).expect("the bounds lie apart");
-        Self {
-            window: [0; WINDOW],
-            taken: 0,
-            before_ns: 0,
-            wcet_ns,
-            above: 0,
-            drifted: None,
-            all,
-            longest_ns: 0,
-            overruns: 0,
-        }
-    }
-
     /// Whether it is seen now that it has drifted.
     fn took(&mut self, ns: u64, at_ns: u64) -> bool {
-        self.all.saturating_record(ns);
-        self.longest_ns = self.longest_ns.max(ns);
-        self.overruns += u64::from(ns > self.wcet_ns);
         self.window[self.taken] = ns;
         self.taken += 1;
         if self.taken < WINDOW || self.drifted.is_some() {
@@ -171,21 +127,33 @@ impl Cost {
     }
 }
 
-/// A body fails when it runs longer than 10 times its WCET and this.
-const LONGEST_ABOVE_NS: u64 = 1_000_000_000;
 /// Below this it is the host that is measured, and no cost.
 const LEAST_NS: u64 = 50_000;
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use red_core::{Empty, LaneId, NodeId, TaskId};
+    use red_core::{Empty, EventKind, LaneId, NodeId, TaskId};
+    use red_workload::build::Role;
+    use red_workload::model::{Body, Part};
 
     const WCET_NS: u64 = 1_000_000;
 
     /// What is told when a node takes these times, one after the other.
     fn told(times_us: &[u64]) -> Vec<u64> {
-        let mut costs = Costs::new(1, [vec![0, WCET_NS]].into_iter());
+        let node = |wcet_ns| {
+            let part = Part {
+                wcet_ns,
+                bcet_ns: 0,
+                body: Body::None,
+                pool: 0,
+                memory_bytes: 0,
+                atomic: false,
+                contention_ns: 0,
+            };
+            Numbered { name: "n".to_owned(), role: Role::Plain(part) }
+        };
+        let mut costs = Costs::new(1, &[vec![node(0), node(WCET_NS)]]);
         let mut now = 0;
         let mut event = |kind, at| {
             let event = Event {

@@ -7,7 +7,6 @@ use super::record::LogSummary;
 use super::{Options, Robot};
 use red_core::{Instant, Scheduler};
 use red_rt::report::{RunReport, Stopped};
-use red_workload::build::Numbered;
 use red_workload::metrics::{TaskMetrics, summarise};
 use red_workload::model::Workload;
 use serde::Serialize;
@@ -87,7 +86,6 @@ impl RunSummary {
 /// What the notes and the figures of a run say.
 pub(super) fn summary(
     workload: &Workload,
-    plan: &[Vec<Numbered>],
     options: &Options<'_>,
     notes: &Notes,
     figures: &RunReport,
@@ -101,7 +99,7 @@ pub(super) fn summary(
         .zip(&notes.logs)
         .enumerate()
         .map(|(number, (task, log))| TaskMetrics {
-            nodes: notes.costs.nodes(number, &plan[number]),
+            nodes: notes.costs.nodes(number),
             ..summarise(task, log, until, Instant::from_nanos(end_ns))
         })
         .collect();
