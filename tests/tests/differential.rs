@@ -106,3 +106,11 @@ fn each(seeds: u64, shape: &Shape, test: impl Fn(&Workload, Policy, u64) -> Resu
         thread.expect("a thread for the test").join().unwrap_or_else(|panic| resume_unwind(panic));
     });
 }
+
+#[test]
+fn a_unit_of_several_encoders_is_expected_to_take_the_longest_of_them() {
+    // A wake by the shortest would be an event that nothing explains, and find a job lost before its time.
+    let shape = Shape { tasks: 3, nodes: 5, load_percent: (247, 297), ..Shape::default() };
+    let workload = random_workload(0x25, &shape);
+    differential::agree(&workload, Policy::RedrtLookahead, 20_000_000).unwrap_or_else(|why| panic!("{why}"));
+}

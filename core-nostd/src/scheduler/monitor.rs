@@ -90,7 +90,7 @@ impl<C: Capacity> Scheduler<C> {
     /// than the laxity; then each time that it has run twice as long as when it was last looked at.
     fn outruns_at(&self, lane: usize) -> Instant {
         let l = &self.lanes[lane];
-        let (mean, longest) = self.expected_to_run(l.slot.into(), l.rank.into());
+        let (mean, longest) = self.expected_on(lane);
         let begun = i128::from(l.started.as_nanos()) - i128::from(l.carried.as_nanos());
         let spare = i128::from(self.monitor.laxity) + 1;
         let looked = i128::from(self.monitor.looked.as_nanos());

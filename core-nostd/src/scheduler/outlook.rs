@@ -98,11 +98,18 @@ impl<C: Capacity> Scheduler<C> {
         members.fold(of_gone, u64::max)
     }
 
-    /// The estimate of a running rank, and the longest of its last executions, in nanoseconds.
-    pub(super) fn expected_to_run(&self, slot: usize, rank: usize) -> (u64, u64) {
-        let (node, window) = self.history(&self.jobs[slot], rank);
-        let mean = window.mean().map_or(node.wcet.as_nanos(), CostEstimate::as_nanos);
-        (mean, longest(window))
+    /// The estimate of the unit on a lane, and the longest of its last executions, in nanoseconds: of its members the
+    /// largest, as `left_on` has it.
+    pub(super) fn expected_on(&self, lane: usize) -> (u64, u64) {
+        let l = &self.lanes[lane];
+        let of_gone = if l.merged { l.expects } else { 0 };
+        let of = |slot: usize, rank| {
+            let (node, window) = self.history(&self.jobs[slot], rank);
+            (window.mean().map_or(node.wcet.as_nanos(), CostEstimate::as_nanos), longest(window))
+        };
+        let members =
+            bits(l.members).flat_map(|slot| self.ranks_on(slot, lane).map(move |rank| of(slot, rank)));
+        members.fold((of_gone, 0), |(mean, most), (own, longest)| (mean.max(own), most.max(longest)))
     }
 
     fn history(&self, job: &Job<C>, rank: usize) -> (&Node, &Estimator) {

@@ -180,6 +180,21 @@ pub(crate) fn take_outcome(w: &mut World<'_>) {
     w.judge(status, taken, Some(at));
 }
 
+pub(crate) fn take_warning(w: &mut World<'_>) {
+    w.begin("red_scheduler_take_warning");
+    let (handle, at) = w.handle(Kind::Scheduler);
+    let (out, count) = (w.out(), w.out());
+    let status = red_scheduler_take_warning(handle, out.pointer, count.pointer);
+    let taken = w.expected(|w| Ok(w.twin(at).0.take_warning()));
+    let taken = taken.map(|taken| {
+        w.put(count, &u32::from(taken.is_some()));
+        if let Some(taken) = taken {
+            w.put(out, &taken);
+        }
+    });
+    w.judge(status, taken, Some(at));
+}
+
 pub(crate) fn retire_lane(w: &mut World<'_>) {
     w.begin("red_scheduler_retire_lane");
     let (handle, at) = w.handle(Kind::Scheduler);

@@ -128,6 +128,10 @@ const FUNCTIONS: &[Call] = &[
     ("red_runtime_certificate", 2, runtimes::tasks::certificate),
     ("red_runtime_edit", 8, runtimes::tasks::edit),
     ("red_runtime_commit", 12, runtimes::tasks::commit),
+    // What a byte calls stays what it was where calls are added here.
+    ("red_scheduler_take_warning", 3, jobs::take_warning),
+    ("red_runtime_take_warnings", 1, runtimes::take_warnings),
+    ("red_runtime_task_report", 2, runtimes::tasks::report),
 ];
 
 /// What a byte calls; and where there are runtimes.

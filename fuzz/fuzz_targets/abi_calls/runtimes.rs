@@ -182,6 +182,14 @@ pub(crate) fn take_outcomes(w: &mut World<'_>) {
     w.judge(status, said, None);
 }
 
+pub(crate) fn take_warnings(w: &mut World<'_>) {
+    let (handle, _) = w.runtime("red_runtime_take_warnings");
+    let room = w.room::<red_warning>(20);
+    let status = red_runtime_take_warnings(handle, room.pointer, room.room, room.count.pointer);
+    let said = w.expected(|_| Ok(())).map(|()| w.take(room, &[]));
+    w.judge(status, said, None);
+}
+
 pub(crate) fn take_events(w: &mut World<'_>) {
     let (handle, _) = w.runtime("red_runtime_take_events");
     let room = w.room::<red_event>(20);

@@ -16,6 +16,8 @@ const PAST: usize = 16;
 pub(crate) struct Stream {
     /// Tasks that were ever admitted, and units that run or ran.
     pub(crate) tasks: Vec<u32>,
+    /// Of a runtime: its tasks, with the windows of their floors.
+    pub(crate) floors: Vec<(u32, u32)>,
     pub(crate) live: Vec<u64>,
     pub(crate) dead: Vec<u64>,
     /// Jobs that were released and did not end yet, with their tasks.

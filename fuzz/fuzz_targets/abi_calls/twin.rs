@@ -3,10 +3,11 @@
 use std::any::Any;
 
 use red_core::*;
-use red_ffi::{red_executions, red_figures, red_level, red_member, red_placed_node, red_status};
+use red_ffi::{red_executions, red_figures, red_level, red_member, red_placed_node, red_status, red_warning};
 use red_record::{Reader, Replay, replay};
 
 use crate::planted::{Bug, has};
+use crate::values;
 
 /// What a call on the core says in the words of the header.
 pub(crate) type Answer<T> = Result<T, red_status>;
@@ -181,6 +182,7 @@ pub(crate) trait Twin {
     fn complete_and_poll(&mut self, unit: u64, now: Instant) -> Answer<Option<Action>>;
     fn fail(&mut self, unit: u64, now: Instant) -> Answer<()>;
     fn take_outcome(&mut self) -> Option<Outcome>;
+    fn take_warning(&mut self) -> Option<red_warning>;
     fn take_event(&mut self) -> Option<Event>;
     fn retire(&mut self, lane: u8) -> Answer<()>;
     fn restore(&mut self, lane: u8) -> Answer<()>;
@@ -299,6 +301,11 @@ impl<C: Capacity> Twin for Host<C> {
 
     fn take_outcome(&mut self) -> Option<Outcome> {
         self.core.take_outcome()
+    }
+
+    fn take_warning(&mut self) -> Option<red_warning> {
+        let warning = self.core.take_warning()?;
+        Some(values::of_warning(&warning, self.core.now().as_nanos()))
     }
 
     fn take_event(&mut self) -> Option<Event> {

@@ -3,7 +3,7 @@
 use red_core::{
     Action, Admission, BestCase, Bound, Bytes, Certificate, Config, Contention, DeadlineRule, Duration,
     Empty, Event, EventKind, Frame, Gate, Late, Member, Node, Outcome, Overload, PoolId, Ppm, Reassign, Role,
-    SensorId, Shed, ShedReason, Timing, Unit, Wcet,
+    SensorId, Shed, ShedReason, Timing, Unit, Warning, Wcet,
 };
 use red_ffi::*;
 
@@ -186,6 +186,22 @@ pub(crate) fn of_outcome(o: &Outcome) -> red_outcome {
     }
 }
 
+/// What was known at this instant.
+pub(crate) fn of_warning(w: &Warning, now: u64) -> red_warning {
+    let (task, index) = w.because.map_or((u32::MAX, u64::MAX), |(task, index)| (task.to_bits(), index));
+    red_warning {
+        job: w.job.to_bits(),
+        task: w.task.to_bits(),
+        index: w.index,
+        deadline_ns: w.deadline.as_nanos(),
+        at_ns: now,
+        by_ns: w.by.as_nanos(),
+        because_index: index,
+        because_task: task,
+        reserved: 0,
+    }
+}
+
 /// An action, and how many of its bytes are written.
 pub(crate) fn of_action(action: Option<Action>) -> (red_action, usize) {
     let head = size_of::<red_action>() - size_of::<red_outcome>();
@@ -268,6 +284,7 @@ pub(crate) fn of_event(e: &Event) -> red_event {
         EventKind::Shed(reason) => (9, shed(Some(reason))),
         EventKind::Edited => (10, 0),
         EventKind::Evicted => (11, 0),
+        EventKind::Warned => (12, 0),
         other => panic!("an event that the header has not: {other:?}"),
     };
     red_event {

@@ -2,7 +2,7 @@
 
 use std::ffi::{c_int, c_void};
 
-use red_core::{Certificate, Instant, NodeId};
+use red_core::{Certificate, Empty, Instant, NodeId};
 use red_ffi::*;
 
 use crate::planted::{Bug, has};
@@ -87,7 +87,9 @@ pub(crate) fn add_task(w: &mut World<'_>) {
         })
     });
     let added = added.map(|task| {
+        let floor = known.map_or(0, |timing| timing.parts().3[1].into());
         w.twin(at).1.tasks.push(task);
+        w.twin(at).1.floors.push((task, floor));
         w.put(out, &task);
     });
     w.judge(status, added, None);
@@ -99,6 +101,23 @@ pub(crate) fn remove_task(w: &mut World<'_>) {
     let status = red_runtime_remove_task(handle, task);
     let removed = w.expected(|w| w.twin(at).0.remove_task(task, Instant::ZERO));
     w.judge(status, removed, None);
+}
+
+/// Of a task that has not run, also one that was removed: no job, and a floor that nobody broke.
+pub(crate) fn report(w: &mut World<'_>) {
+    let (handle, at) = w.runtime("red_runtime_task_report");
+    let task = w.task(at);
+    let out = w.out_growing();
+    let status = red_runtime_task_report(handle, task, out.pointer);
+    let known = w.expected(|w| {
+        let all = &w.twin(at).1.floors;
+        let in_place = all.iter().rev().find(|(other, _)| other & 0xFFFF == task & 0xFFFF);
+        in_place.filter(|(other, _)| *other == task).map(|(_, k)| *k).ok_or(red_status::UnknownTask)
+    });
+    let said = known.map(|floor_worst| {
+        w.put_growing(out, &red_task_report { floor_worst, floor_kept: 1, ..red_task_report::EMPTY });
+    });
+    w.judge(status, said, None);
 }
 
 pub(crate) fn certificate(w: &mut World<'_>) {
