@@ -30,6 +30,7 @@ mod planted;
 mod runtimes;
 mod schedulers;
 mod sizes;
+mod statuses;
 mod stream;
 mod twin;
 mod values;

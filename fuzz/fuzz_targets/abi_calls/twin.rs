@@ -7,6 +7,7 @@ use red_ffi::{red_executions, red_figures, red_level, red_member, red_placed_nod
 use red_record::{Reader, Replay, replay};
 
 use crate::planted::{Bug, has};
+use crate::statuses::*;
 use crate::values;
 
 /// What a call on the core says in the words of the header.
@@ -16,41 +17,6 @@ pub(crate) type Answer<T> = Result<T, red_status>;
 pub(crate) type Small = Caps<4, 16, 16, 4, 2, 1, 64>;
 pub(crate) type Medium = Caps<8, 64, 32, 8, 4, 1, 256>;
 pub(crate) type Large = Caps<16, 256, 64, 32, 32, 4, 1024>;
-
-/// The status of an error of the core.
-macro_rules! statuses {
-    ($($name:ident($error:ident) { $($variant:ident => $status:ident),* $(,)? })*) => { $(
-        fn $name(error: $error) -> red_status {
-            match error {
-                $($error::$variant => red_status::$status,)*
-                other => panic!("an error that the header has not: {other:?}"),
-            }
-        }
-    )* };
-}
-
-statuses! {
-    node_error(NodeError) { Full => NodesFull, WorkOverflow => WorkOverflow }
-    edge_error(EdgeError) {
-        Cycle => Cycle, Duplicate => DuplicateEdge, SecondEncoder => SecondEncoder, UnknownNode => UnknownNode,
-    }
-    refine_error(RefineError) {
-        UnknownNode => UnknownNode, NoDecoder => NoDecoder, Full => NodesFull, WorkOverflow => WorkOverflow,
-    }
-    task_error(AddTaskError) {
-        Full => TasksFull, Empty => EmptyGraph, Deadline => Deadline, UnknownPool => UnknownPool,
-        UnknownSensor => UnknownSensor, Memory => Memory, Unschedulable => Unschedulable,
-    }
-    commit_error(CommitError) {
-        UnknownTask => UnknownTask, Conflict => Conflict, Busy => Draining, Empty => EmptyGraph,
-        UnknownPool => UnknownPool, UnknownSensor => UnknownSensor, Memory => Memory,
-        Unschedulable => Unschedulable,
-    }
-    pool_error(PoolError) { NoLane => NoLane, Full => PoolsFull }
-    sensor_error(SensorError) { ZeroPeriod => ZeroPeriod, Full => SensorsFull }
-    release_error(ReleaseError) { UnknownTask => UnknownTask, Full => JobsFull, Overflow => TimeOverflow }
-    complete_error(CompleteError) { Stale => Stale, NotRunning => NotRunning, Late => Late }
-}
 
 pub(crate) fn or(right: bool, status: red_status) -> Answer<()> {
     if right { Ok(()) } else { Err(status) }
