@@ -127,6 +127,8 @@ static void fail(red_scheduler *scheduler, uint32_t task, uint64_t index, uint64
     OK(red_scheduler_complete, scheduler, action.unit, now_ns);
     OK(red_scheduler_poll, scheduler, now_ns, &action);
     OK(red_scheduler_fail, scheduler, action.unit, now_ns);
+    red_warning warning;
+    OK(red_scheduler_take_warning, scheduler, &warning, &taken);
     OK(red_scheduler_take_outcome, scheduler, &outcome, &taken);
     CHECK(taken == 1);
 }
