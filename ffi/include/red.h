@@ -2504,10 +2504,9 @@ red_status red_runtime_certificate(red_runtime *runtime,
 /**
  * What became of the task's jobs so far; also after the end of the run.
  *
- * Threads: any but a body's, at once. Real time: no. Time: until a lane has a turn. Errors: RED_STATUS_UNKNOWN_TASK,
- * RED_STATUS_BUSY: from a body; RED_STATUS_FORKED, RED_STATUS_NO_MEMORY.
+ * Threads: any, at once, also a body. Real time: yes. Time: O(1). Errors: RED_STATUS_UNKNOWN_TASK, RED_STATUS_FORKED.
  */
-red_status red_runtime_task_report(red_runtime *runtime,
+red_status red_runtime_task_report(const red_runtime *runtime,
                                    uint32_t task,
                                    red_task_report *report);
 

@@ -135,7 +135,7 @@ public:
         return looked ? Result<Certificate>(proof) : looked;
     }
     /// What became of the task's jobs so far; also after the end of the run.
-    [[nodiscard]] Result<TaskReport> report(Result<TaskId> task) noexcept {
+    [[nodiscard]] Result<TaskReport> report(Result<TaskId> task) const noexcept {
         TaskReport report;
         const Status given = first_error(*this, task);
         const Status looked = given ? said(red_runtime_task_report(&c_, task->value(), &report.c_)) : given;

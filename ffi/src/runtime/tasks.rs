@@ -3,7 +3,7 @@
 
 use super::bodies::Bodies;
 use super::notes::Notes;
-use super::open::with_room;
+use super::open::{on, with_room};
 use super::task_report::red_task_report;
 use super::values::{red_callback, red_runtime};
 use crate::boundary::{Array, Memory, Out, OutGrowing, take, take_growing};
@@ -171,15 +171,14 @@ pub extern "C" fn red_runtime_certificate(
 
 /// What became of the task's jobs so far; also after the end of the run.
 ///
-/// Threads: any but a body's, at once. Real time: no. Time: until a lane has a turn. Errors: RED_STATUS_UNKNOWN_TASK,
-/// RED_STATUS_BUSY: from a body; RED_STATUS_FORKED, RED_STATUS_NO_MEMORY.
+/// Threads: any, at once, also a body. Real time: yes. Time: O(1). Errors: RED_STATUS_UNKNOWN_TASK, RED_STATUS_FORKED.
 #[unsafe(no_mangle)]
 pub extern "C" fn red_runtime_task_report(
-    runtime: *mut red_runtime,
+    runtime: *const red_runtime,
     task: u32,
     report: *mut red_task_report,
 ) -> red_status {
-    with_room(runtime, |engine| {
+    on(runtime, |engine| {
         let out = OutGrowing::of(report)?;
         let task = TaskId::from_bits(task);
         let of_task = engine.notes.tasks.get(task.index()).ok_or(red_status::UnknownTask)?;
