@@ -102,7 +102,7 @@ const FUNCTIONS: &[Call] = &[
     ("red_scheduler_job", 2, jobs::job),
     ("red_scheduler_executions", 2, jobs::executions),
     ("red_scheduler_figures", 2, jobs::figures),
-    ("red_scheduler_take_events", 5, jobs::take_events),
+    ("red_scheduler_take_events", 4, jobs::take_events),
     ("red_record_begin", 1, logs::begin),
     ("red_record_end", 1, logs::end),
     ("red_runtime_open", 2, runtimes::open),
@@ -129,10 +129,9 @@ const FUNCTIONS: &[Call] = &[
     ("red_runtime_certificate", 2, runtimes::tasks::certificate),
     ("red_runtime_edit", 8, runtimes::tasks::edit),
     ("red_runtime_commit", 12, runtimes::tasks::commit),
-    // What a byte calls stays what it was where calls are added here.
-    ("red_scheduler_take_warning", 3, jobs::take_warning),
+    ("red_scheduler_take_warning", 1, jobs::take_warning),
     ("red_runtime_take_warnings", 1, runtimes::take_warnings),
-    ("red_runtime_task_report", 2, runtimes::tasks::report),
+    ("red_runtime_task_report", 1, runtimes::tasks::report),
 ];
 
 /// What a byte calls; and where there are runtimes.
