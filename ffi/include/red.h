@@ -1214,7 +1214,7 @@ typedef struct {
    */
   uint64_t at_ns;
   /**
-   * How long after its deadline it would end, by the estimates of then. 0: it would not be late, but goes so that the
+   * How long after its deadline it would end, by the estimates of then, in whole microseconds rounded up. 0: it would not be late, but goes so that the
    * other job is in time.
    */
   uint64_t by_ns;

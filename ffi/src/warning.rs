@@ -18,7 +18,7 @@ pub struct red_warning {
     pub deadline_ns: u64,
     /// When that was known.
     pub at_ns: u64,
-    /// How long after its deadline it would end, by the estimates of then. 0: it would not be late, but goes so that the
+    /// How long after its deadline it would end, by the estimates of then, in whole microseconds rounded up. 0: it would not be late, but goes so that the
     /// other job is in time.
     pub by_ns: u64,
     /// The index of the job that takes the lanes it needs, in because_task; RED_NONE_64: it is late on its own.

@@ -20,6 +20,7 @@ crate::capacity::stored! {
     /// assert_eq!(window.maximum(), Some(Duration::from_millis(8)));
     /// ```
     #[derive(Clone, Copy, Debug)]
+    #[repr(Rust, packed(2))] // Tasks hold many of these: 4-byte alignment would pad each.
     pub struct Estimator {
         samples: [u32; WINDOW],
         /// Samples taken; from 8 on, 8 plus the place of the oldest.
@@ -67,7 +68,8 @@ impl Estimator {
     }
 
     fn taken(&self) -> impl ExactSizeIterator<Item = u32> {
-        self.samples.into_iter().take(self.taken.into())
+        let samples = self.samples;
+        samples.into_iter().take(self.taken.into())
     }
 
     fn unscaled(&self, sample: u32) -> Duration {

@@ -26,6 +26,7 @@ crate::capacity::stored! {
         pub(super) shed: Option<ShedReason>,
         /// Who numbered the capture it reads.
         pub(super) source: CaptureSource,
+        pub(super) late: Late,
         /// By rank.
         pub(super) ready: NodeSet<C>,
         pub(super) running: NodeSet<C>,
@@ -42,7 +43,6 @@ crate::capacity::stored! {
         pub(super) capture: u64,
         /// In flight: it is not lost for certain before. Ended: when it did.
         pub(super) at: Instant,
-        pub(super) late: Late,
         /// By rank: predecessors that are not done.
         pub(super) waiting_for: C::Nodes<u8>,
         /// Ready: how often it was overtaken for memory. Running: lane. Done encoder: output plus one, or 0.

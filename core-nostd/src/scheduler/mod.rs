@@ -175,7 +175,7 @@ impl<C: Capacity> Scheduler<C> {
         self.observes = config.observes();
         self.residual = config.residual();
         self.reassigns = self.residual && config.reassign == Reassign::OnDispatch;
-        (self.alarm, self.monitor.wake, self.monitor.worse) = (Instant::MAX, Instant::MAX, Instant::MAX);
+        (self.alarm, self.monitor.wake) = (Instant::MAX, Instant::MAX);
         self.record.open();
         let lanes = config.lanes.clamp(1, C::LANES as u8);
         // One to LANES lanes in the first of at least one pool: there is room.

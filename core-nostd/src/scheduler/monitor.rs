@@ -17,14 +17,14 @@ crate::capacity::stored! {
     pub(super) struct Monitor {
         /// When a lane that is left idle is asked for again.
         pub(super) wake: Instant,
-        /// From when on the forward schedule has to be looked at, whatever the lanes do.
-        pub(super) worse: Instant,
         /// When it was last looked at.
         pub(super) looked: Instant,
         /// The least time that a job in flight had left then, in nanoseconds.
         pub(super) laxity: u64,
         /// Consecutive ticks with overload.
         pub(super) over: u32,
+        /// Whether the forward schedule has to be looked at, whatever the lanes do.
+        pub(super) is_worse: bool,
         /// Whether the tick at the start of the window was counted.
         pub(super) counted: bool,
     }
@@ -50,7 +50,7 @@ impl<C: Capacity> Scheduler<C> {
     /// More is to come, or it comes later: the next `poll` looks at the forward schedule.
     pub(super) fn delayed(&mut self) {
         if self.config.shed == Shed::Hopeless {
-            (self.monitor.worse, self.alarm) = (Instant::ZERO, Instant::ZERO);
+            (self.monitor.is_worse, self.alarm) = (true, Instant::ZERO);
         }
     }
 
@@ -113,7 +113,7 @@ impl<C: Capacity> Scheduler<C> {
         if fires {
             self.drop_least_urgent();
         }
-        if ours && (self.now >= self.monitor.worse || self.now >= self.outrun_at()) {
+        if ours && (self.monitor.is_worse || self.now >= self.outrun_at()) {
             self.look();
         }
         if self.now >= self.monitor.wake {
@@ -125,7 +125,8 @@ impl<C: Capacity> Scheduler<C> {
             // What starts from now on has outrun nothing before that.
             let spare = Duration::from_nanos(self.monitor.laxity).saturating_add(NEXT);
             let outrun = self.outrun_at().min(self.now.saturating_add(spare));
-            self.alarm = self.alarm.min(safe).min(outrun).min(self.monitor.worse);
+            let again = if self.monitor.is_worse { Instant::ZERO } else { Instant::MAX };
+            self.alarm = self.alarm.min(safe).min(outrun).min(again);
         }
     }
 

@@ -21,7 +21,7 @@ impl<C: Capacity> Scheduler<C> {
     /// Looks at the forward schedule, and gives up who has to go. Time bound: the module's.
     #[cold]
     pub(super) fn look(&mut self) {
-        (self.monitor.worse, self.monitor.looked) = (Instant::MAX, self.now);
+        (self.monitor.is_worse, self.monitor.looked) = (false, self.now);
         if let Some(laxity) = self.fits_by_far() {
             self.monitor.laxity = laxity;
             return;
@@ -33,7 +33,7 @@ impl<C: Capacity> Scheduler<C> {
         self.note_warnings(warned);
         let gone = self.in_flight & !stay;
         if gone.count_ones() >= MOST {
-            self.monitor.worse = Instant::ZERO;
+            self.monitor.is_worse = true;
         }
         bits(gone).for_each(|slot| self.end_job(slot, Some(ShedReason::Overload)));
     }

@@ -69,7 +69,10 @@ impl<C: Capacity> Scheduler<C> {
         job.generation = generation;
         let has_encoders = !version.encoders.is_empty();
         self.in_flight |= 1 << slot;
-        self.warnings &= !(1 << slot);
+        if self.warnings != 0 {
+            cold_path();
+            self.forget_warnings_of(slot);
+        }
         self.note_task(EventKind::Released, t, index);
         self.watch(slot);
         if self.config.gate == Gate::Level {

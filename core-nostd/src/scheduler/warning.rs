@@ -19,7 +19,7 @@ crate::capacity::values! {
         pub index: u64,
         /// When it is due.
         pub deadline: Instant,
-        /// How long after that it would end, by the estimates of now. 0: it would not be late, but goes so that the
+        /// How long after that it would end, by the estimates of now, in whole microseconds. 0: it would not be late, but goes so that the
         /// other job is in time.
         pub by: Duration,
         /// Task and index of the job that takes the lanes it needs. `None`: it is late on its own.
@@ -31,12 +31,12 @@ crate::capacity::stored! {
     /// What a job was warned of.
     #[derive(Clone, Copy, Debug)]
     pub(super) struct Late {
-        by: Duration,
-        because: JobId,
-        /// Whether there is another job to name.
-        has_cause: bool,
+        /// In microseconds, rounded up; the largest number where it never ends.
+        by: u32,
+        /// Slot of the job that is in its way plus one; 0 is nobody.
+        because: u8,
         /// Whether the job was warned of.
-        pub(super) is_known: bool,
+        is_known: bool,
     }
 }
 
@@ -48,18 +48,26 @@ impl<C: Capacity> Scheduler<C> {
         let slot = bits(self.warnings).next()?;
         self.warnings &= !(1 << slot);
         let (job, late) = (&self.jobs[slot], self.jobs[slot].late);
-        let because = late.has_cause.then(|| {
-            let cause = &self.jobs[late.because.index()];
-            (self.id_in(late.because.index()) == late.because).then_some((cause.task, cause.index))
+        let because = usize::from(late.because).checked_sub(1).map(|cause| {
+            let cause = &self.jobs[cause];
+            (cause.task, cause.index)
         });
-        Some(Warning {
-            job: self.id_in(slot),
-            task: job.task,
-            index: job.index,
-            deadline: job.deadline,
-            by: late.by,
-            because: because.flatten(),
-        })
+        let by = if late.by == u32::MAX {
+            Duration::from_nanos(u64::MAX)
+        } else {
+            Duration::from_micros(late.by.into())
+        };
+        let (task, index, deadline) = (job.task, job.index, job.deadline);
+        Some(Warning { job: self.id_in(slot), task, index, deadline, by, because })
+    }
+
+    /// Another job takes a slot: what was to be told of the last one is not told any more.
+    pub(super) fn forget_warnings_of(&mut self, slot: usize) {
+        self.warnings &= !(1 << slot);
+        for other in bits(self.warnings) {
+            let because = &mut self.jobs[other].late.because;
+            *because = if usize::from(*because) == slot + 1 { 0 } else { *because };
+        }
     }
 
     /// The job that is, or was last, in a slot.
@@ -74,13 +82,9 @@ impl<C: Capacity> Scheduler<C> {
         if self.jobs[slot].late.is_known {
             return;
         }
-        let cause = because.map(|cause| self.id_in(cause));
-        self.jobs[slot].late = Late {
-            by: Duration::from_nanos(by),
-            because: cause.unwrap_or(self.id_in(slot)),
-            has_cause: cause.is_some(),
-            is_known: true,
-        };
+        let by = u32::try_from(by.div_ceil(1_000)).unwrap_or(u32::MAX);
+        self.jobs[slot].late =
+            Late { by, because: because.map_or(0, |cause| cause as u8 + 1), is_known: true };
         self.warnings |= 1 << slot;
     }
 

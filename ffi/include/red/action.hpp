@@ -47,7 +47,7 @@ public:
     [[nodiscard]] Time deadline() const noexcept { return time_from(c_.deadline_ns); }
     /// When that was known.
     [[nodiscard]] Time at() const noexcept { return time_from(c_.at_ns); }
-    /// How long after its deadline it would end, by the estimates of then. 0: it would not be late, but goes so that the
+    /// How long after its deadline it would end, by the estimates of then, in whole microseconds rounded up. 0: it would not be late, but goes so that the
     /// other job is in time.
     [[nodiscard]] Nanoseconds by() const noexcept { return duration_from(c_.by_ns); }
     /// Whose job takes the lanes it needs; nothing: it is late on its own.
