@@ -14,7 +14,7 @@ use red_core::{
     Action, Bytes, Capacity, Caps, Certificate, CommitError, CompleteError, Config, Counters, Dag,
     DeadlineRule, Duration, EdgeError, Estimator, Event, Instant, JobId, LaneId, LevelShare, Levels, Member,
     Node, NodeError, NodeId, NodeSet, Outcome, PoolError, PoolId, Ppm, RefineError, Refined, ReleaseError,
-    Scheduler, SensorError, SensorId, SubDeadlines, TaskId, Timing, Unit, UnitId,
+    Scheduler, SensorError, SensorId, SubDeadlines, TaskId, Timing, Unit, UnitId, Warning,
 };
 
 /// Functions with names in the object: `red_` and the given words.
@@ -91,6 +91,8 @@ macro_rules! calls {
                 fn Scheduler_retire_lane(s: &mut S, lane: LaneId) -> bool { s.retire_lane(lane) }
                 fn Scheduler_restore_lane(s: &mut S, lane: LaneId) -> bool { s.restore_lane(lane) }
                 fn Scheduler_job_id(s: &S, task: TaskId, index: u64) -> Option<JobId> { s.job_id(task, index) }
+                fn Scheduler_stood_still(s: &mut S, time: Duration, now: Instant) { s.stood_still(time, now) }
+                fn Scheduler_take_warning(s: &mut S) -> Option<Warning> { s.take_warning() }
                 fn Scheduler_take_outcome(s: &mut S) -> Option<Outcome> { s.take_outcome() }
                 fn Scheduler_take_event(s: &mut S) -> Option<&Event> { s.take_event() }
                 fn Scheduler_counters(s: &S) -> Counters { s.counters() }

@@ -23,6 +23,7 @@ mod entry {
         fn ReadyQueue_rekey(queue: &mut Queue, slot: usize, key: u64) -> bool { queue.rekey(slot, key) }
         fn ReadyQueue_remove(queue: &mut Queue, slot: usize) -> Option<u64> { queue.remove(slot) }
         fn Floor_new(m: u32, k: u32) -> Floor { Floor::new(m, k) }
+        fn Floor_most_lost_around(floor: &Floor, index: u64) -> u32 { floor.most_lost_around(index) }
         fn Floor_spares(floor: &Floor, index: u64) -> bool { floor.spares(index) }
         fn Floor_ended(floor: &mut Floor, index: u64, is_lost: bool) { floor.ended(index, is_lost) }
         fn Estimator_new(node: &Node) -> Estimator { Estimator::new(node) }
