@@ -275,8 +275,8 @@ fn row_74_logs_of_other_formats_and_with_flipped_bits_are_refused() {
     }
     let with = |at: usize, bytes: &[u8]| [&whole[..at], bytes, &whole[at + bytes.len()..]].concat();
     let cases = [
-        (with(6, &[3, 0]), "the version that recorded it"),
-        (with(6, &[5, 0]), "update the program"),
+        (with(6, &[4, 0]), "the version that recorded it"),
+        (with(6, &[6, 0]), "update the program"),
         (with(6, &[255, 255]), "update the program"),
         (with(0, b"NOTLOG"), "no replay log"),
         (whole[..whole.len() / 2].to_vec(), "truncated"),
