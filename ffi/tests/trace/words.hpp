@@ -71,7 +71,7 @@ const Word EVENTS[] = {
     {"Hit", RED_EVENT_KIND_HIT},           {"Preempted", RED_EVENT_KIND_PREEMPTED},
     {"Overran", RED_EVENT_KIND_OVERRAN},   {"Ended", RED_EVENT_KIND_ENDED},
     {"Shed", RED_EVENT_KIND_SHED},         {"Edited", RED_EVENT_KIND_EDITED},
-    {"Evicted", RED_EVENT_KIND_EVICTED},
+    {"Evicted", RED_EVENT_KIND_EVICTED},   {"Warned", RED_EVENT_KIND_WARNED},
 };
 // Refusals, by the core's own names.
 const Word REFUSALS[] = {

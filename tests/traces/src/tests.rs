@@ -40,6 +40,7 @@ fn the_workloads_reach_what_they_claim() {
         "Shed(Fault)",
         "Edited",
         "Evicted",
+        "Warned",
         "Err(Stale)",
         "Err(Late)",
         "Err(Busy)",

@@ -65,6 +65,7 @@ pub(crate) const CALLS: &[Call] = calls! {
     red_scheduler_complete_and_poll(w; w.scheduler, w.action) |p| (at(p[0]), w.running, 2, at(p[1]));
     red_scheduler_fail(w; w.scheduler) |p| (at(p[0]), w.running, 2);
     red_scheduler_take_outcome(w; w.scheduler, w.outcome, w.number) |p| (at(p[0]), at(p[1]), at(p[2]));
+    red_scheduler_take_warning(w; w.scheduler, w.warning, w.number) |p| (at(p[0]), at(p[1]), at(p[2]));
     red_scheduler_retire_lane(w; w.scheduler) |p| (at(p[0]), 1);
     red_scheduler_dispatch_ahead(w; w.scheduler) |p| (at(p[0]), 0);
     red_scheduler_lose_pool(w; w.scheduler) |p| (at(p[0]), 0, 2);
@@ -154,6 +155,9 @@ pub(crate) const RUNTIME: &[Call] = on_runtime! {
     red_runtime_wait(w; { w.start_runtime(); w.stop_runtime() }; w.runtime) |p| (at(p[0]), 10_000_000_000);
     red_runtime_figures(w; w.start_runtime(); w.runtime, w.figures) |p| (at(p[0]), at(p[1]));
     red_runtime_take_outcomes(w; w.start_runtime(); w.runtime, w.outcome, w.count)
+        |p| (at(p[0]), at(p[1]), 1, at(p[2]));
+    red_runtime_task_report(w; w.start_runtime(); w.runtime, w.task_report) |p| (at(p[0]), w.task, at(p[1]));
+    red_runtime_take_warnings(w; w.start_runtime(); w.runtime, w.warning, w.count)
         |p| (at(p[0]), at(p[1]), 1, at(p[2]));
     red_runtime_take_events(w; w.start_runtime(); w.runtime, w.events, w.count)
         |p| (at(p[0]), at(p[1]), 16, at(p[2]));

@@ -34,7 +34,7 @@ macro_rules! heads {
     )* };
 }
 heads!(
-    red_config red_node red_timing red_certificate red_unit red_figures red_executions red_dag_summary red_runtime_config
+    red_config red_node red_timing red_certificate red_unit red_figures red_executions red_dag_summary red_task_report red_runtime_config
     red_report
 );
 
@@ -66,12 +66,14 @@ pub(crate) struct World {
     pub(crate) decoders: [red_node; 2],
     pub(crate) timing: red_timing,
     pub(crate) certificate: red_certificate,
+    pub(crate) task_report: red_task_report,
     pub(crate) unit: red_unit,
     pub(crate) figures: red_figures,
     pub(crate) executions: red_executions,
     pub(crate) summary: red_dag_summary,
     pub(crate) action: red_action,
     pub(crate) outcome: red_outcome,
+    pub(crate) warning: red_warning,
     pub(crate) lanes: [u32; 2],
     pub(crate) budgets: [u64; 2],
     pub(crate) placed: [red_placed_node; 16],
@@ -165,12 +167,14 @@ impl World {
             decoders: [red_node { role: red_role::Decoder as u32, wcet_ns: 100, ..red_node::headed() }; 2],
             timing: red_timing { deadline_ns: 1_000_000, value: 1, ..red_timing::headed() },
             certificate: red_certificate::headed(),
+            task_report: red_task_report::headed(),
             unit: red_unit::headed(),
             figures: red_figures::headed(),
             executions: red_executions::headed(),
             summary: red_dag_summary::headed(),
             action: red_action::EMPTY,
             outcome: red_outcome::EMPTY,
+            warning: red_warning::EMPTY,
             lanes: [1, 2],
             budgets: [RED_NONE_64; 2],
             placed: [red_placed_node::EMPTY; 16],
