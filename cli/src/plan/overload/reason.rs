@@ -15,8 +15,9 @@ const WHOLE_PPM: u128 = 1_000_000;
 pub(super) struct Asked {
     /// By task and pool, millionths of a lane.
     load_ppm: Vec<Vec<u128>>,
-    /// By task: the longest path of any of its graphs.
+    /// By task: the longest path of any of its graphs, and its longest node.
     longest_ns: Vec<u64>,
+    node_ns: Vec<u64>,
 }
 
 impl Asked {
@@ -40,7 +41,11 @@ impl Asked {
             let proofs = [&certificate.base].into_iter().chain(&certificate.changes);
             proofs.map(|proof| proof.critical_path_ns).max().unwrap_or(0)
         };
-        Self { load_ppm, longest_ns: plan.tasks.iter().map(longest).collect() }
+        let node_ns = set.tasks.iter().map(|planned| {
+            let nodes = planned.versions.iter().flat_map(|graph| &graph.nodes);
+            nodes.map(|node| node.cost_ns).max().unwrap_or(0)
+        });
+        Self { load_ppm, longest_ns: plan.tasks.iter().map(longest).collect(), node_ns: node_ns.collect() }
     }
 
     fn uses(&self, task: usize, pool: usize) -> bool {
@@ -129,7 +134,18 @@ fn rank(workload: &Workload, asked: &Asked, task: usize) -> String {
         || (0..workload.tasks.len()).filter(|other| asked.meet(task, *other)).map(|i| &workload.tasks[i]);
     let above: Vec<&Task> = rivals().filter(|other| other.value > value).collect();
     let equal: Vec<&Task> = rivals().filter(|other| other.value == value).collect();
-    let floors: Vec<&Task> = rivals().filter(|other| other.value < value && other.floor.is_some()).collect();
+    // Jobs of which none may be lost stand as high as those of any floor, and then their value decides.
+    let is_always_owed = workload.tasks[task].floor.is_some_and(|(m, k)| m == k);
+    let owed = |other: &&Task| other.value < value && other.floor.is_some() && !is_always_owed;
+    let floors: Vec<&Task> = rivals().filter(owed).collect();
+    let slack_ns = workload.tasks[task].deadline_ns.saturating_sub(asked.longest_ns[task]);
+    let blocks = |other: &usize| {
+        asked.meet(task, *other)
+            && workload.tasks[*other].value < value
+            && asked.node_ns.get(*other).is_some_and(|node_ns| *node_ns > slack_ns)
+    };
+    let blocking: Vec<&Task> =
+        (0..workload.tasks.len()).filter(blocks).map(|other| &workload.tasks[other]).collect();
     let mut parts = Vec::new();
     if !above.is_empty() {
         parts.push(format!("its value {value} is below that of {}", names(&above)));
@@ -142,6 +158,13 @@ fn rank(workload: &Workload, asked: &Asked, task: usize) -> String {
     }
     if !floors.is_empty() {
         parts.push(format!("jobs that a floor cannot spare come first, of {}", names(&floors)));
+    }
+    if !blocking.is_empty() {
+        parts.push(format!(
+            "a started node keeps its lane, and one of {} takes longer than the {} that it can wait",
+            names(&blocking),
+            Duration::from_nanos(slack_ns)
+        ));
     }
     if parts.is_empty() {
         parts.push("nobody ranks above it, but nodes of others keep the lanes that they hold".to_owned());
