@@ -56,6 +56,8 @@ pub struct Drive {
     /// Execution times, in percent of the WCET.
     percent: (u64, u64),
     rng: Rng,
+    /// How late it is each time, in nanoseconds.
+    late_ns: (u64, u64),
     /// Changes of graphs that were applied.
     pub edits: u32,
     /// Jobs given up, refused ones included.
@@ -81,19 +83,28 @@ impl Drive {
             now: None,
             percent,
             rng: Rng::new(seed),
+            late_ns: (0, 0),
             edits: 0,
             sheds: 0,
         }
     }
 
+    /// Makes it late each time by something in this range, in nanoseconds, as a thread is that sleeps.
+    #[must_use]
+    pub fn late_by(mut self, late_ns: (u64, u64)) -> Self {
+        self.late_ns = late_ns;
+        self
+    }
+
     /// Runs over [0, `horizon_ns`), and then lets what is in flight end without further releases.
     pub fn run(&mut self, horizon_ns: u64, watch: &mut impl Watch) {
-        while let Some(now) = self.next_instant(horizon_ns) {
+        while let Some(due) = self.next_instant(horizon_ns) {
+            let now = due + self.rng.within(self.late_ns.0, self.late_ns.1);
             let at = Instant::from_nanos(now);
             self.now = Some(now);
             self.report_lanes(now, watch);
             self.apply_changes(at, watch);
-            if now < horizon_ns {
+            if due < horizon_ns {
                 self.release_jobs(now, watch);
             }
             while let Some(action) = self.scheduler.poll(at) {
@@ -124,7 +135,7 @@ impl Drive {
 
     fn report_lanes(&mut self, now: u64, watch: &mut impl Watch) {
         for lane in 0..LANES {
-            let Some((_, unit)) = self.running[lane].filter(|(finish, _)| *finish == now) else { continue };
+            let Some((_, unit)) = self.running[lane].filter(|(finish, _)| *finish <= now) else { continue };
             self.running[lane] = None;
             watch.completing(unit, now);
             // `Late` is the end of a unit whose jobs were given up: its lane is free again.
@@ -159,14 +170,12 @@ impl Drive {
 
     fn release_jobs(&mut self, now: u64, watch: &mut impl Watch) {
         for task in 0..self.tasks.len() {
-            if self.next_release[task] != Some(now) {
-                continue;
-            }
+            let Some(due) = self.next_release[task].filter(|due| *due <= now) else { continue };
             let index = self.next_index[task];
             self.next_index[task] += 1;
             self.next_release[task] = match self.arrivals[task] {
-                Arrival::Periodic { period_ns } => Some(now + period_ns),
-                Arrival::Sporadic { min_interarrival_ns } => Some(now + min_interarrival_ns),
+                Arrival::Periodic { period_ns } => Some(due + period_ns),
+                Arrival::Sporadic { min_interarrival_ns } => Some(due + min_interarrival_ns),
                 Arrival::Once => None,
             };
             let taken = self.scheduler.release(self.tasks[task], Instant::from_nanos(now));

@@ -104,7 +104,9 @@ impl<'a> Model<'a> {
         }
         // In a pool with a budget a node that fits may overtake; an eviction changes what is ready.
         if !self.is_limited(pool) && !evicted {
-            let waiting = self.ready().filter(|n| self.jobs[&(n.0, n.1)].node(n.2).pool().index() == pool);
+            // Under pressure ranks go before the keys of different jobs.
+            let own = self.ready().filter(|n| (n.0, n.1) == (first.0, first.1));
+            let waiting = own.filter(|n| self.jobs[&(n.0, n.1)].node(n.2).pool().index() == pool);
             let least = waiting.map(|node| self.key(node)).min();
             assert_eq!(Some(self.key(first)), least, "at {now} ns in pool {pool}");
         }

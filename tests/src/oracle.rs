@@ -5,6 +5,7 @@
 //! sorted on every pick, levels and paths are recomputed whenever they are asked for.
 #![doc = include_str!("oracle/READINGS.md")]
 
+mod band;
 mod cache;
 mod dispatch;
 mod forward;
@@ -151,6 +152,8 @@ struct Sim<'a> {
     over: u32,
     /// Whether a job came or a result was thrown away since the last look at who will be late.
     look_due: bool,
+    /// Until when there is pressure, that instant excluded (8.10).
+    pressure_until: i128,
     /// When a dispatch that waits for the grid happens.
     barrier: Option<u64>,
     /// When a pool that left a lane idle looks again.
@@ -175,6 +178,7 @@ impl<'a> Sim<'a> {
             cached: Vec::new(),
             over: 0,
             look_due: false,
+            pressure_until: 0,
             barrier: None,
             wake: None,
             overtaken: Vec::new(),

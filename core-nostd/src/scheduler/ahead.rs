@@ -75,8 +75,8 @@ impl<C: Capacity> Scheduler<C> {
         let (slot, rank, lane) = self.foreseen(pool)?;
         let node = self.version(slot).order[rank];
         let memory = self.footprint(slot, rank, pool);
-        self.units += 1;
-        let unit = UnitId::new(self.units, node, lane);
+        self.counters.units += 1;
+        let unit = UnitId::new(self.counters.units, node, lane);
         self.beside[lane] =
             Beside { word: unit.to_bits(), slot: slot as u8, rank: rank as u8, broken: false };
         self.promised |= 1 << lane;

@@ -68,7 +68,7 @@ impl<C: Capacity> Scheduler<C> {
 
     #[cold]
     pub(super) fn refuse(&self, unit: UnitId) -> CompleteError {
-        if unit == UnitId::EMPTY || unit.to_bits() >> 16 > self.units {
+        if unit == UnitId::EMPTY || unit.to_bits() >> 16 > self.counters.units {
             CompleteError::NotRunning
         } else {
             CompleteError::Stale

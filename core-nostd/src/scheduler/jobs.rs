@@ -26,6 +26,8 @@ crate::capacity::stored! {
         pub(super) shed: Option<ShedReason>,
         /// Who numbered the capture it reads.
         pub(super) source: CaptureSource,
+        /// Goes before keys, the greatest first.
+        pub(super) band: u8,
         pub(super) late: Late,
         /// By rank.
         pub(super) ready: NodeSet<C>,
@@ -85,7 +87,12 @@ impl<C: Capacity> Job<C> {
         all.without(&self.done)
     }
 
-    /// Absolute key of a rank, as the queue orders it.
+    /// Key of a rank as queues order it: band, then absolute key. No two keys in flight are 2^56 ns, two years, apart.
+    pub(super) fn queue_key(&self, version: &Version<C>, rank: usize, residual: bool) -> i64 {
+        self.key_of(version, rank, residual).saturating_sub(i64::from(self.band) << 56)
+    }
+
+    /// Absolute key of a rank.
     pub(super) fn key_of(&self, version: &Version<C>, rank: usize, residual: bool) -> i64 {
         if residual {
             self.key
@@ -113,7 +120,7 @@ impl<C: Capacity> Scheduler<C> {
     /// Queue key of a job's rank.
     pub(super) fn rank_key(&self, slot: usize, rank: usize) -> Rank {
         let job = &self.jobs[slot];
-        let key = job.key_of(self.version(slot), rank, self.residual);
+        let key = job.queue_key(self.version(slot), rank, self.residual);
         Rank::new(key, job.release.as_nanos(), job.task.index(), job.index)
     }
 

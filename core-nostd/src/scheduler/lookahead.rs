@@ -6,9 +6,10 @@
 //! instant, cost), as many as the pool has lanes, take its lanes in this order, each the first that is free: once after
 //! the head has taken one, and once before it. If one starts after its key in the first case only, and the head not after
 //! its own in the second, the pool starts nothing until something happens or that node should be ready.
+//! Under pressure those that would not go before the head all the same are left out.
 //! *Why it ends.* A head that may be late for its key waits no longer, and each wait ends at an instant that is told.
 
-use super::Scheduler;
+use super::{Scheduler, tasks::Task};
 use crate::capacity::{Capacity, Empty};
 use crate::id::UnitId;
 use crate::time::Instant;
@@ -68,7 +69,8 @@ impl<C: Capacity> Scheduler<C> {
                 }
             }
         };
-        for slot in self.slots() {
+        let (band, value) = (self.jobs[slot].band, self.tasks[self.jobs[slot].task.index()].timing.value);
+        for slot in self.slots().filter(|slot| self.jobs[*slot].band >= band) {
             let (job, version) = (&self.jobs[slot], self.version(slot));
             for rank in version.in_pool[pool].without(&job.done).without(&job.running).iter() {
                 let runs = job.running.iter().filter(|r| version.successors[*r].contains(rank));
@@ -79,7 +81,9 @@ impl<C: Capacity> Scheduler<C> {
                 }
             }
         }
-        for task in self.tasks.as_ref().iter().filter(|task| task.admitted && task.next_job > 0) {
+        let is_below = |task: &&Task<C>| self.is_pressed() && task.timing.value < value;
+        let tasks = self.tasks.as_ref().iter().filter(|task| task.admitted && task.next_job > 0);
+        for task in tasks.filter(|task| !is_below(task)) {
             let Some(period) = task.timing.period() else { continue };
             let (at, version) = (task.released.saturating_add(period).as_nanos(), task.newest());
             for rank in version.sources.and(&version.in_pool[pool]).iter() {

@@ -46,6 +46,7 @@ mod outputs;
 mod overload;
 pub(crate) mod pools;
 mod preempt;
+mod pressure;
 pub(crate) mod release;
 mod standing;
 mod standstill;
@@ -135,8 +136,8 @@ crate::capacity::stored! {
         observes: bool,
         pool_count: u8,
         lane_count: u8,
-        /// Units ever dispatched, jobs ever released.
-        units: u64,
+        counters: Counters,
+        /// Jobs ever released.
         releases: u64,
         pools: C::Pools<Pool<C>>,
         lanes: C::Lanes<Lane>,
@@ -148,7 +149,6 @@ crate::capacity::stored! {
         /// How a job ended whose place another took, until that is taken. It was given up; one that was not is nobody.
         displaced: Outcome,
         monitor: Monitor,
-        counters: Counters,
         record: Record<C>,
     }
 }

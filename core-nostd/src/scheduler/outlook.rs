@@ -18,7 +18,7 @@ use crate::time::{CostEstimate, Duration};
 pub(super) enum Case {
     /// The shortest that is declared, or was seen in a whole window.
     Best,
-    /// The mean of the window, the WCET before the first sample.
+    /// The mean of the window, of a job that has not started halfway from there to the longest; the WCET before the first.
     Expected,
     /// WCET plus contention, and every encoder runs.
     Worst,
@@ -72,7 +72,11 @@ impl<C: Capacity> Scheduler<C> {
         let (node, window) = self.history(job, rank);
         let whole = match case {
             Case::Best => self.best_case(node, window),
-            Case::Expected => window.mean().map_or(node.wcet.as_nanos(), CostEstimate::as_nanos),
+            Case::Expected => {
+                let mean = window.mean().map_or(node.wcet.as_nanos(), CostEstimate::as_nanos);
+                // With care before a job takes lanes: they are lost if it is late.
+                if job.started { mean } else { mean + longest(window).saturating_sub(mean) / 2 }
+            }
             Case::Worst => node.cost(),
         };
         if let Some(executed) = self.executed(job, slot, rank) {

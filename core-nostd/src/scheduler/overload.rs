@@ -1,12 +1,13 @@
 //! Overload: who is given up so that others end in time.
 //!
 //! *Rule.* The first job x of the forward schedule that is late is looked at beside all that start a node before it
-//! ends, where it needs lanes too. If x were in time without those below it, the least of these goes. Otherwise x goes
-//! where another, which could be in time, is late beside it; and where none is, x stays: it costs nobody anything, and
-//! so do estimates recover. The schedule is run again. Of several that went, those come back that need not be gone.
+//! ends, where it needs lanes too. If x were in time without those below it, the least of these goes, or one of its rank
+//! that is late where that leaves fewer late. Otherwise x goes where another, which could be in time, is late beside it;
+//! and where none is, x stays: it costs nobody anything, and so do estimates recover. The schedule is run again. Of
+//! several that went, those come back that need not be gone.
 //! *Why it holds.* What goes is below x and saves it, or is late itself. So a job is late because of lower ranks only
 //! where these hold lanes already.
-//! *Time bound.* A look runs at most 3 * [`MOST`] + [`Capacity::JOBS`] + 1 forward schedules.
+//! *Time bound.* A look runs at most 4 * [`MOST`] + [`Capacity::JOBS`] + 2 forward schedules.
 
 use super::standing::Standing;
 use super::{Scheduler, action::ShedReason, bits, forward::Forward, outlook::Case};
@@ -24,9 +25,10 @@ impl<C: Capacity> Scheduler<C> {
         (self.monitor.is_worse, self.monitor.looked) = (false, self.now);
         if let Some(laxity) = self.fits_by_far() {
             self.monitor.laxity = laxity;
+            self.set_bands();
             return;
         }
-        let (forward, warned) = (self.forward(self.in_flight), self.warnings);
+        let (forward, warned) = (self.forward_by_band(), self.warnings);
         let (stay, laxity) =
             if forward.late == 0 { (self.in_flight, forward.laxity) } else { self.choose(forward) };
         self.monitor.laxity = laxity;
@@ -47,19 +49,26 @@ impl<C: Capacity> Scheduler<C> {
             .for_each(|slot| standings[slot] = Some(self.standing(slot, self.floor_of(&self.jobs[slot]))));
         let (mut stay, mut kept, mut is_doubtful) = (self.in_flight, 0, false);
         // Each round keeps a job or lets one go.
-        while let Some(x) = self.first_late(&forward, kept) {
+        while let Some(x) = self.first_late(&forward, !kept) {
             let below = |slot: &usize| standings[*slot] < standings[x];
             let lower = bits(forward.in_the_way(x, stay)).filter(below).fold(0, |set, slot| set | 1 << slot);
             let is_needed = |y: usize| {
                 forward.share_a_pool(x, y) && self.can_end_in_time(&self.jobs[y], y, Case::Expected)
             };
             let cause = self.cause_of(x, &forward, stay, &standings);
-            let (goes, because) = if let Some(least) = bits(lower).min_by_key(|slot| standings[*slot])
+            let (goes, because, next) = if let Some(least) = bits(lower).min_by_key(|slot| standings[*slot])
                 && self.ends_in_time(x, stay & !lower)
             {
-                (least, Some(x))
+                let rank = |slot: usize| standings[slot].map(|standing| standing.rank);
+                let equals = bits(lower & !(1 << least)).filter(|slot| rank(*slot) == rank(least));
+                let other = self.first_late(&forward, equals.fold(0, |set, slot| set | 1 << slot));
+                let without = |slot: usize| (slot, self.forward(stay & !(1 << slot)));
+                let both = [Some(least), other].into_iter().flatten().map(without);
+                let (goes, next) =
+                    both.min_by_key(|(_, next)| next.late.count_ones()).unwrap_or((least, forward));
+                (goes, Some(x), Some(next))
             } else if bits(forward.late & !kept & !(1 << x)).any(is_needed) {
-                (x, cause)
+                (x, cause, None)
             } else {
                 self.warn(x, forward.lateness(x, self.jobs[x].deadline), cause);
                 kept |= 1 << x;
@@ -69,7 +78,7 @@ impl<C: Capacity> Scheduler<C> {
             is_doubtful |= stay != self.in_flight;
             self.warn(goes, forward.lateness(goes, self.jobs[goes].deadline), because);
             stay &= !(1 << goes);
-            forward = self.forward(stay);
+            forward = next.unwrap_or_else(|| self.forward(stay));
             if (self.in_flight & !stay).count_ones() >= MOST {
                 break;
             }
@@ -92,13 +101,13 @@ impl<C: Capacity> Scheduler<C> {
         (stay, forward.laxity)
     }
 
-    /// The late job that ends first, of those that are not kept.
-    fn first_late(&self, forward: &Forward<C>, kept: u64) -> Option<usize> {
+    /// The late job that ends first, of some.
+    fn first_late(&self, forward: &Forward<C>, among: u64) -> Option<usize> {
         let order = |slot: &usize| {
             let job = &self.jobs[*slot];
             (forward.end[*slot], job.release, job.task.index(), job.index)
         };
-        bits(forward.late & !kept).min_by_key(order)
+        bits(forward.late & among).min_by_key(order)
     }
 
     /// Whether all that is in flight ends before the earliest deadline in any order, and by how much: a test that is

@@ -20,10 +20,10 @@ crate::capacity::values! {
     #[derive(PartialOrd, Ord)]
     pub(super) struct Rank {
         /// Whether it can end in time by estimates, or is a probe.
-        has_chance: bool,
+        pub(super) has_chance: bool,
         /// Whether its floor cannot spare it.
         is_owed: bool,
-        value: u32,
+        pub(super) value: u32,
         /// Whether it is a probe of a task that lost all of late.
         is_due: bool,
     }

@@ -42,8 +42,8 @@ impl<C: Capacity> Scheduler<C> {
     }
 
     /// What happened so far, in numbers.
-    pub fn counters(&self) -> Counters {
-        Counters { units: self.units, ..self.counters }
+    pub const fn counters(&self) -> Counters {
+        self.counters
     }
 
     /// Jobs in flight.

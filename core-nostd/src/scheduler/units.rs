@@ -162,8 +162,8 @@ impl<C: Capacity> Scheduler<C> {
     /// Gives a ready rank, which is `node`, a lane.
     #[inline(always)]
     pub(super) fn start(&mut self, slot: usize, rank: usize, node: u8, lane: usize) -> UnitId {
-        self.units += 1;
-        let unit = UnitId::new(self.units, node, lane);
+        self.counters.units += 1;
+        let unit = UnitId::new(self.counters.units, node, lane);
         self.start_as(unit, slot, rank, lane);
         unit
     }

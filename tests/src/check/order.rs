@@ -108,6 +108,9 @@ fn starts_in_order(
         let member = |&(job, node): &(usize, usize)| order(&facts.jobs[job], node, keys[job][node]);
         let Some(first) = unit.members.iter().map(member).min() else { continue };
         for wait in waits.iter().filter(|wait| wait.order < first && wait.to > now) {
+            if unit.members.iter().any(|&(job, _)| may_pass(facts, job, wait.job)) {
+                continue;
+            }
             let ready = wait.from < now || wait.from == now && !late_in_instant(facts, wait);
             ensure(!ready || awaits_key(facts, units, wait, now), || {
                 let job = &facts.jobs[wait.job];
@@ -121,6 +124,16 @@ fn starts_in_order(
         }
     }
     Ok(())
+}
+
+/// Whether nodes of a job may go before those of another one that have smaller keys: under pressure (8.10), by rank.
+fn may_pass(facts: &Facts<'_>, first: usize, other: usize) -> bool {
+    let (first, other) = (&facts.jobs[first], &facts.jobs[other]);
+    let [task, other_task] = [first, other].map(|job| &facts.workload.tasks[job.task]);
+    let due = other.release + other_task.deadline_ns;
+    let may_be_late = other.end.is_none_or(|end| end > due);
+    let is_above = task.value > other_task.value || task.floor.is_some() || may_be_late;
+    facts.policy.is_ours() && (first.task, first.index) != (other.task, other.index) && is_above
 }
 
 /// Whether the node became ready through something that took no time at that instant, so that lanes may have

@@ -1,12 +1,15 @@
 //! Filling lanes: the queue of a pool, memory, merging, the barrier grid.
 
+use std::cmp::Reverse;
+
+use super::band::Band;
 use super::cache::Eviction;
 use super::job::{Job, State, SubId};
 use super::{MERGE_WINDOW_NS, Sim, Unit, keys};
 use crate::graph::Role;
 
-/// Order of dispatch: key, release, task, job index, node index.
-pub(super) type Order = (i128, u64, usize, u64, usize);
+/// Order of dispatch: band, the highest first, key, release, task, job index, node index.
+pub(super) type Order = (Reverse<Band>, i128, u64, usize, u64, usize);
 
 /// What a pool starts next.
 struct Pick {
@@ -240,7 +243,7 @@ impl Sim<'_> {
 }
 
 pub(super) fn order(job: &Job, node: usize) -> Order {
-    (job.keys[node], job.release, job.task, job.index, node)
+    (Reverse(job.band), job.keys[node], job.release, job.task, job.index, node)
 }
 
 /// First release of the window that holds `release`: windows begin at the first release and, each, at the

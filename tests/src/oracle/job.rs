@@ -4,6 +4,7 @@ use std::rc::Rc;
 
 use red_workload::model::Workload;
 
+use super::band::Band;
 use crate::graph::{Graph, Role};
 
 /// Task, job index, node index.
@@ -43,6 +44,8 @@ pub(super) struct Job {
     pub(super) state: Vec<State>,
     /// Whether any node ever started, or took a kept output.
     pub(super) started: bool,
+    /// As of the last look.
+    pub(super) band: Band,
     /// Dispatch key of each node, on the time axis.
     pub(super) keys: Vec<i128>,
     /// a + D - tail of each node.

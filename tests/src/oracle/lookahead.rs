@@ -1,5 +1,6 @@
 //! Lanes that are left idle for a node that is soon ready (rule 14).
 
+use super::band::Band;
 use super::job::{Job, State, SubId};
 use super::{Policy, Sim, Unit, keys};
 
@@ -16,8 +17,9 @@ impl Sim<'_> {
         let job = self.job(task, index)?;
         let head = (job.keys[node], now, job.graph.nodes[node].cost_ns);
         let end = now + head.2;
-        let mut soon = self.behind_running(pool, now);
-        soon.extend(self.next_jobs(pool));
+        let mut soon = self.behind_running(pool, job.band, now);
+        let least = if job.band == Band::Lowest { 0 } else { self.workload.tasks[task].value };
+        soon.extend(self.next_jobs(pool, least));
         soon.retain(|&(key, at, _)| now < at && at < end && key < head.0 && key < i128::from(end));
         soon.sort_unstable();
         soon.truncate(self.workload.pools[pool].lanes as usize);
@@ -36,10 +38,10 @@ impl Sim<'_> {
         until.filter(|_| take(&mut before, head) <= head.0)
     }
 
-    /// Nodes of the pool whose predecessors that are not done all run.
-    fn behind_running(&self, pool: usize, now: u64) -> Vec<Soon> {
+    /// Nodes of the pool whose predecessors that are not done all run, of jobs of a band or above.
+    fn behind_running(&self, pool: usize, band: Band, now: u64) -> Vec<Soon> {
         let mut found = Vec::new();
-        for job in &self.jobs {
+        for job in self.jobs.iter().filter(|job| job.band >= band) {
             for (node, sub) in job.graph.nodes.iter().enumerate() {
                 let before: Vec<usize> =
                     sub.preds.iter().copied().filter(|&pred| job.state[pred] != State::Done).collect();
@@ -55,10 +57,11 @@ impl Sim<'_> {
         found
     }
 
-    /// Sources of the next job of each task that has released one.
-    fn next_jobs(&self, pool: usize) -> Vec<Soon> {
+    /// Sources of the next job of each task of at least this value that has released one.
+    fn next_jobs(&self, pool: usize, value: u32) -> Vec<Soon> {
         let mut found = Vec::new();
-        for (task, model) in self.workload.tasks.iter().enumerate() {
+        for (task, model) in self.workload.tasks.iter().enumerate().filter(|(_, model)| model.value >= value)
+        {
             let Some((at, graph)) = self.expected_release(task) else { continue };
             let keys = keys::at_release(self.policy, &graph, at, model.deadline_ns);
             let sources = graph.nodes.iter().zip(keys).filter(|(n, _)| n.pool == pool && n.preds.is_empty());

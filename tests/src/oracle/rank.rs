@@ -63,9 +63,14 @@ impl Sim<'_> {
 
     /// How many of the last jobs of a task, up to the newest that ended, are not lost. Those before the first are not.
     fn recently_kept(&self, task: usize, gone: &[usize]) -> u64 {
-        let Some(newest) = self.newest_ended(task, gone) else { return PROBE_EVERY };
+        PROBE_EVERY - self.recently_lost(task, gone)
+    }
+
+    /// How many of these are.
+    pub(super) fn recently_lost(&self, task: usize, gone: &[usize]) -> u64 {
+        let Some(newest) = self.newest_ended(task, gone) else { return 0 };
         let last = (newest + 1).saturating_sub(PROBE_EVERY)..=newest;
-        PROBE_EVERY - last.filter(|&index| self.is_lost(task, index, gone)).count() as u64
+        last.filter(|&index| self.is_lost(task, index, gone)).count() as u64
     }
 
     /// Whether a job is lost, or left.

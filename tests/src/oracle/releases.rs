@@ -4,6 +4,7 @@ use std::rc::Rc;
 
 use red_workload::model::{Arrival, Event, Node, Task};
 
+use super::band::Band;
 use super::job::{self, Job, State};
 use super::{JOBS_IN_FLIGHT, Policy, Reason, Sim, keys};
 use crate::graph::{Graph, edited};
@@ -129,6 +130,7 @@ impl Sim<'_> {
             heights: graph.heights(|_| true),
             state: vec![State::Waiting; graph.nodes.len()],
             started: false,
+            band: Band::Lowest,
             keys: keys::at_release(self.policy, &graph, now, deadline),
             latest_finish: tails.iter().map(|&tail| due - i128::from(tail)).collect(),
             frames: job::frames(self.workload, &graph, task, index, now),

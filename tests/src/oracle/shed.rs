@@ -63,6 +63,7 @@ impl Sim<'_> {
     /// Gives up those who make others late, and looks again as long as so many of them are found at once (8.5).
     fn look(&mut self, now: u64) {
         loop {
+            self.give_bands(now);
             let (outside, cut_short) = self.predict(now);
             for &(task, index) in &outside {
                 self.give_up(task, index, now, Reason::Overload);
@@ -81,7 +82,7 @@ impl Sim<'_> {
         let mut kept_later = false;
         while look.gone.len() < LEAVE_AT_MOST {
             let fates = self.forward(&look.group, now);
-            let Some(x) = self.first_late(&fates, &look.kept) else { break };
+            let Some(x) = self.first_late(&fates, |job| !look.kept.contains(&job)) else { break };
             if let Some(goes) = self.who_goes(x, &fates, &look, now) {
                 outside.push((self.standing(&self.jobs[goes], &look.gone, now), goes));
                 look.group.retain(|&job| job != goes);
@@ -95,7 +96,8 @@ impl Sim<'_> {
             outside.sort_unstable_by_key(|&left| Reverse(left));
             outside.retain(|&(_, job)| {
                 look.group.push(job);
-                let stays_out = self.first_late(&self.forward(&look.group, now), &look.kept).is_some();
+                let with_it = self.forward(&look.group, now);
+                let stays_out = self.first_late(&with_it, |job| !look.kept.contains(&job)).is_some();
                 if stays_out {
                     look.group.pop();
                 }
@@ -106,16 +108,16 @@ impl Sim<'_> {
         (outside.into_iter().map(name).collect(), look.gone.len() == LEAVE_AT_MOST)
     }
 
-    /// Of the late jobs that are not kept all the same, the one that ends first.
-    fn first_late<'a>(&self, fates: &'a [Fate], kept: &[usize]) -> Option<&'a Fate> {
-        let late = fates.iter().filter(|fate| self.is_late(fate) && !kept.contains(&fate.job));
+    /// Of these jobs that are late, the one that ends first.
+    fn first_late<'a>(&self, fates: &'a [Fate], of: impl Fn(usize) -> bool) -> Option<&'a Fate> {
+        let late = fates.iter().filter(|fate| self.is_late(fate) && of(fate.job));
         late.min_by_key(|fate| {
             let job = &self.jobs[fate.job];
             (fate.end, job.release, job.task, job.index)
         })
     }
 
-    /// Who leaves because `x` would be late: the least of those below it that are in its way, if it is in time
+    /// Who leaves because `x` would be late: one of those below it that are in its way, if it is in time
     /// without all of them; else `x`, if it harms others; else nobody.
     fn who_goes(&self, x: &Fate, fates: &[Fate], look: &Look, now: u64) -> Option<usize> {
         let standing = |job: usize| self.standing(&self.jobs[job], &look.gone, now);
@@ -128,10 +130,24 @@ impl Sim<'_> {
         let late = |fate: &Fate| fate.job == x.job && self.is_late(fate);
         let helps = |_: &usize| !self.forward(&others, now).iter().any(late);
         let least = below.iter().copied().min_by_key(|&job| standing(job)).filter(helps);
-        least.or_else(|| self.harms(x, fates, &look.kept, now).then_some(x.job))
+        let one = least.map(|least| self.least_or_late(least, &below, fates, look, now));
+        one.or_else(|| self.harms(x, fates, &look.kept, now).then_some(x.job))
     }
 
-    fn is_late(&self, fate: &Fate) -> bool {
+    /// The least of those in the way, or the first of the others of its rank that are late, if fewer jobs are late
+    /// without that one.
+    fn least_or_late(&self, least: usize, below: &[usize], fates: &[Fate], look: &Look, now: u64) -> usize {
+        let rank = |job: usize| self.rank(&self.jobs[job], &look.gone, now);
+        let equal = |job: usize| job != least && below.contains(&job) && rank(job) == rank(least);
+        let late_without = |left: usize| {
+            let others: Vec<usize> = look.group.iter().copied().filter(|&job| job != left).collect();
+            self.forward(&others, now).iter().filter(|fate| self.is_late(fate)).count()
+        };
+        let other = self.first_late(fates, equal).map(|fate| fate.job);
+        other.filter(|&other| late_without(other) < late_without(least)).unwrap_or(least)
+    }
+
+    pub(super) fn is_late(&self, fate: &Fate) -> bool {
         fate.end > self.jobs[fate.job].due
     }
 
@@ -152,7 +168,7 @@ impl Sim<'_> {
                 let ready = (0..job.state.len()).filter(|&node| job.is_ready(node, false));
                 ready.map(move |node| (urgency(job, node, now), Reverse(order(job, node))))
             });
-            let Some((_, Reverse((_, _, task, index, _)))) = queued.min() else { break };
+            let Some((_, Reverse((_, _, _, task, index, _)))) = queued.min() else { break };
             self.give_up(task, index, now, Reason::Urgency);
             if (0..self.workload.pools.len()).all(|pool| self.queue(pool).len() <= QUEUE_MAX) {
                 break;

@@ -152,7 +152,7 @@ impl<'a, C: Capacity> Course<'a, C> {
     pub(super) fn requeue(&mut self, slot: usize) {
         let (s, version) = (self.scheduler, self.scheduler.version(slot));
         for pool in bits(version.pool_mask.into()) {
-            let key = |rank| s.jobs[slot].key_of(version, rank, s.residual);
+            let key = |rank| s.jobs[slot].queue_key(version, rank, s.residual);
             self.heads.set(pool, slot, self.head_of(pool, slot).map(key));
         }
     }

@@ -72,14 +72,15 @@ pub(super) fn facts<C: Capacity>(scheduler: &Scheduler<C>, task: TaskId) -> Grap
 type Order = (i128, u64, Name, usize);
 
 impl Judge {
-    /// No node that could start in this pool goes before this one.
+    /// No node that could start in this pool goes before this one; where ranks go before keys at times, none of its job.
     pub(super) fn expect_order(&mut self, name: Name, node: usize) -> Result<(), String> {
         let facts = self.graphs[name.0][self.jobs[&name].version][node].as_ref();
         let Some(facts) = facts.filter(|facts| self.rule != Rule::Other && !facts.is_encoder) else {
             return Ok(());
         };
         let own = self.order(name, node, facts);
-        for (other, job) in &self.jobs {
+        let is_compared = |other: &Name| self.rule != Rule::LatestStart || *other == name;
+        for (other, job) in self.jobs.iter().filter(|(other, _)| is_compared(other)) {
             let graph = &self.graphs[other.0][job.version];
             for (number, facts_of) in graph.iter().enumerate() {
                 let Some(waiting) = facts_of.as_ref().filter(|of| of.pool == facts.pool && !of.is_encoder)

@@ -25,11 +25,15 @@ add = [{ name = "c", wcet = "1ms", after = ["a"] }]
 "#;
 
 fn judge() -> Judge {
+    judge_of(Policy::Redrt)
+}
+
+fn judge_of(policy: Policy) -> Judge {
     use red_core::Empty;
     let workload = red_workload::parse(FILE.as_bytes(), Format::Toml, "test").unwrap();
     let mut scheduler: Box<Scheduler<Robot>> = Box::new(Scheduler::EMPTY);
-    let (plan, tasks) = build::admit(&mut scheduler, &workload, Policy::Redrt.config()).unwrap();
-    Judge::new(scheduler, &workload, &plan, &tasks, Policy::Redrt)
+    let (plan, tasks) = build::admit(&mut scheduler, &workload, policy.config()).unwrap();
+    Judge::new(scheduler, &workload, &plan, &tasks, policy)
 }
 
 /// An event at `at`, of job 0.
@@ -197,7 +201,7 @@ fn more_than_a_floor_allows_given_up_for_urgency_is_caught() {
 #[test]
 fn a_start_before_one_of_a_smaller_key_is_caught() {
     let second_first = |releases: [u64; 2]| {
-        let mut judge = judge();
+        let mut judge = judge_of(Policy::Edf);
         for (job, release) in (0..).zip(releases) {
             Host::released(&mut judge, 0, Instant::from_nanos(release), Ok(JobId::from_bits(0)));
             judge.event(&Event { job, ..event(5, Released, 0, 0) });

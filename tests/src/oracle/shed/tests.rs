@@ -1,7 +1,7 @@
 use crate::check::validate;
 use crate::fixtures::{MS, at, every, lines, node, once, part, sensed, shed_lines, stage, workload, written};
 use crate::oracle::{Policy, Reason, simulate};
-use red_workload::model::{Node, Part, Pool, Task, Work, Workload};
+use red_workload::model::{Arrival, Node, Part, Pool, Task, Work, Workload};
 
 fn flat(count: usize, cost_ms: u64) -> Vec<Node> {
     (0..count).map(|index| node(&format!("n{index}"), cost_ms, &[])).collect()
@@ -88,7 +88,8 @@ fn chain(costs_ms: &[u64]) -> Vec<Node> {
 
 #[test]
 fn the_job_of_less_value_goes_before_it_makes_another_late() {
-    // The chains would take turns, low until 50 and high until 60.
+    // The chains would take turns, low until 50 and high until 60. From 50 on low has lost a job and waits for high:
+    // now it is late itself, costs nobody anything, and stays until that is known.
     let of = |name: &str, value: u32, floor: Option<(u32, u32)>| Task {
         value,
         floor,
@@ -97,7 +98,7 @@ fn the_job_of_less_value_goes_before_it_makes_another_late() {
     let both = workload(1, vec![of("low", 1, None), of("high", 10, None)]);
     assert_eq!(
         sheds(&both, Policy::Redrt, 150),
-        ["low/0 0 overload", "low/1 50 overload", "low/2 100 overload"]
+        ["low/0 0 overload", "low/1 80 hopeless", "low/2 130 hopeless"]
     );
     // The values of the others do not matter where a floor cannot spare a job. Nobody below high is in its way, it
     // harms nobody else, and stays until it is known to be late.
@@ -109,17 +110,19 @@ fn the_job_of_less_value_goes_before_it_makes_another_late() {
         ..every(once(name, due_ms, vec![node("n", 25, &[])]), 40)
     };
     let both = workload(1, vec![single("low", 38, 1), single("high", 40, 1000)]);
-    assert_eq!(sheds(&both, Policy::Redrt, 80), ["low/0 0 overload", "low/1 40 overload"]);
+    assert_eq!(sheds(&both, Policy::Redrt, 80), ["low/0 0 overload", "low/1 65 hopeless"]);
 }
 
 #[test]
 fn as_many_jobs_go_as_the_lanes_cannot_carry() {
     // 40 ms of work come every 30 ms and have 60: those of 0 end by 40, of 30 by 80, of 60 by 120, all in time, and
-    // of 90 by 160. Without the last of low there is 20 ms less: those of 120 end by 180, in time.
+    // of 90 by 160. Without the last of low there is 20 ms less: those of 120 end by 180, in time. But low waits from
+    // then on. At 150 high has work until 180, so that job 4 of low would end at 200, due at 180, and job 5 at 220, due
+    // at 210: the first leaves for the other. At 180 high comes again, and job 5 would end at 220 all the same.
     let of = |name: &str, value: u32| Task { value, ..every(once(name, 60, chain(&[4; 5])), 30) };
     for tasks in [vec![of("high", 100), of("low", 1)], vec![of("low", 1), of("high", 100)]] {
         let outcome = simulate(&workload(1, tasks), Policy::Redrt, 240 * MS);
-        assert_eq!(shed_lines(&outcome), ["low/3 90 overload", "low/5 150 overload", "low/7 210 overload"]);
+        assert_eq!(shed_lines(&outcome), ["low/3 90 overload", "low/4 150 overload", "low/5 192 hopeless"]);
     }
 }
 
@@ -220,6 +223,46 @@ fn a_late_job_goes_for_another_that_may_be_in_time() {
         assert_eq!(of(x_value, 29), ["x/0 5 overload"]);
         assert_eq!(of(x_value, 30), ["x/0 10 hopeless"]);
     }
+}
+
+#[test]
+fn one_that_is_late_goes_instead_of_the_least() {
+    // The cpu is busy until 12, so that second ends at 26. On the gpu the keys are 6, 7 or 8, and 8: x ends at 19, and
+    // in time without either of the others. The least is most, which has most work and ends at 25.
+    let of = |second_value: u32, second_due_ms: u64| {
+        let on = |name: &str, after: &[&str], pool: usize, cost_ms: u64| {
+            written(name, after, Work::Plain(Part { pool, ..part(cost_ms) }))
+        };
+        let task = |name: &str, value: u32, due_ms: u64, nodes: Vec<Node>| Task {
+            value,
+            ..once(name, due_ms, nodes)
+        };
+        let tasks = vec![
+            task("busy", 9, 12, vec![on("n", &[], 1, 12)]),
+            task("most", 1, 31, vec![on("a", &[], 0, 5), on("b", &["a"], 2, 20)]),
+            task("second", second_value, second_due_ms, vec![on("a", &[], 0, 4), on("b", &["a"], 1, 14)]),
+            task("x", 3, 18, vec![on("n", &[], 0, 10)]),
+        ];
+        let mut three = workload(1, tasks);
+        for name in ["cpu", "dsp"] {
+            three.pools.push(Pool { name: name.to_owned(), ..three.pools[0].clone() });
+        }
+        sheds(&three, Policy::Redrt, 100)
+    };
+    assert_eq!(of(1, 25), ["second/0 0 overload"]);
+    // It is in time, or of another rank.
+    assert_eq!(of(1, 26), ["most/0 0 overload"]);
+    assert_eq!(of(2, 25), ["most/0 0 overload", "second/0 12 hopeless"]);
+}
+
+#[test]
+fn a_chain_of_a_load_beyond_two_lanes_loses_nothing_that_it_began() {
+    // 40 ms of work come every 18.181 ms, and two lanes carry 185 of them in 3.7 s.
+    let t = once("t", 66, chain(&[2, 9, 3, 4, 5, 14, 3]));
+    let t = Task { arrival: Arrival::Periodic { period_ns: 18_181_000 }, ..t };
+    let outcome = simulate(&workload(2, vec![t]), Policy::Redrt, 3700 * MS);
+    assert_eq!((outcome.tasks[0].released, outcome.tasks[0].on_time), (204, 184));
+    assert!(outcome.sheds.iter().all(|shed| shed.reason == Reason::Overload));
 }
 
 #[test]

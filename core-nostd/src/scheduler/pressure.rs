@@ -1,0 +1,77 @@
+//! Pressure: ranks go before keys while more comes than the lanes can do.
+//!
+//! *Background.* EDF lets a lower job run while a higher one can wait. Where more comes, the higher one lacks that time
+//! later, and giving the lower one up then gives nothing back. Going by rank always would lose what EDF can carry.
+//! *Rule.* There is pressure for twice the longest relative deadline after a look at which somebody was late by keys alone.
+//! While it lasts, jobs go by band and then by key. Those above all values of which anything was lost of late are one
+//! band: it can do without, as nothing of it is lost. Those below follow by rank. What has started of a task is not
+//! overtaken for its floor's sake: it would have run for nothing.
+//! *Why it ends.* Whether there is pressure is asked of the keys alone, so that what ranks make late does not prolong it
+//! once those jobs went.
+
+use super::{Scheduler, forward::Forward, jobs::Job, standing::Rank};
+use crate::capacity::{Capacity, Empty};
+use crate::time::{Duration, Instant};
+
+impl<C: Capacity> Scheduler<C> {
+    /// The forward schedule of all in flight, when pressure and bands are up to date. Time bound: two of these, and
+    /// O(jobs * (jobs + nodes + edges)), with floors O(jobs * jobs * k).
+    pub(super) fn forward_by_band(&mut self) -> Forward<C> {
+        let before = self.monitor.pressed;
+        // By keys alone. Queues follow in `set_bands`.
+        self.slots().for_each(|slot| self.jobs[slot].band = 0);
+        let forward = self.forward(self.in_flight);
+        if forward.late != 0 {
+            let time = |slot: usize| self.jobs[slot].deadline.since(self.jobs[slot].release);
+            let longest = self.slots().map(time).max().unwrap_or_default().as_nanos();
+            let until = self.now.saturating_add(Duration::from_nanos(longest.saturating_mul(2)));
+            self.monitor.pressed = before.max(until);
+        }
+        if self.set_bands() { self.forward(self.in_flight) } else { forward }
+    }
+
+    /// Whether the last look found pressure.
+    pub(super) fn is_pressed(&self) -> bool {
+        self.monitor.pressed > Instant::ZERO
+    }
+
+    /// Gives each job in flight its band, by the pressure of now; whether bands differ.
+    pub(super) fn set_bands(&mut self) -> bool {
+        if !self.is_pressed() {
+            return false;
+        }
+        let mut ranks = <C::Jobs<Option<(bool, bool, u32)>>>::EMPTY;
+        if self.now < self.monitor.pressed {
+            let timing = |slot: usize| &self.tasks[self.jobs[slot].task.index()].timing;
+            let lost = self.slots().map(timing).filter(|timing| timing.floor.recently_lost() > 0);
+            let level = lost.map(|timing| timing.value).max();
+            let first = self.slots().next().map(|slot| self.jobs[slot].task);
+            let others = self.slots().filter(|slot| Some(self.jobs[*slot].task) != first);
+            if others.count() > 0 {
+                self.slots().for_each(|slot| ranks[slot] = Some(self.band_rank(slot, level)));
+            }
+        } else {
+            self.monitor.pressed = Instant::ZERO;
+        }
+        let mut differ = false;
+        for slot in self.slots() {
+            let below = self.slots().filter(|other| ranks[*other] < ranks[slot]).count();
+            differ |= below > 0;
+            self.jobs[slot].band = below as u8;
+            self.requeue(slot);
+        }
+        differ
+    }
+
+    /// What orders bands: the rank, with what has started as owed as what its floor needs of its task; above the level
+    /// all are alike.
+    fn band_rank(&self, slot: usize, level: Option<u32>) -> (bool, bool, u32) {
+        let job = &self.jobs[slot];
+        let is_owed = |job: &Job<C>| !self.floor_of(job).spares(job.index);
+        let mut own = self.slots().map(|slot| &self.jobs[slot]).filter(|other| other.task == job.task);
+        let is_owed = is_owed(job) || job.started && own.any(is_owed);
+        let Rank { has_chance, value, .. } = self.rank(job, slot, self.floor_of(job));
+        let is_safe = has_chance && (is_owed || Some(value) > level);
+        if is_safe { (true, true, u32::MAX) } else { (has_chance, is_owed, value) }
+    }
+}

@@ -1,0 +1,62 @@
+//! Bands of the jobs in flight: ranks before keys while there is pressure (8.10).
+
+use super::Sim;
+use super::job::Job;
+
+/// What goes before keys, the lowest first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Band {
+    /// Of all jobs without pressure, and of a new one until the next look.
+    Lowest,
+    /// In time, owed, value.
+    Ranked(bool, bool, u32),
+    /// In time, and owed or of a value above the level; all where there is only one task.
+    Highest,
+}
+
+impl Sim<'_> {
+    /// What each look begins with: whether there is pressure, and the band of each job in flight.
+    pub(super) fn give_bands(&mut self, now: u64) {
+        for job in &mut self.jobs {
+            job.band = Band::Lowest;
+        }
+        let all: Vec<usize> = (0..self.jobs.len()).collect();
+        if self.forward(&all, now).iter().any(|fate| self.is_late(fate)) {
+            let longest = self.jobs.iter().map(|job| job.due - i128::from(job.release)).max().unwrap_or(0);
+            self.pressure_until = self.pressure_until.max(i128::from(now) + 2 * longest);
+        }
+        if i128::from(now) < self.pressure_until {
+            let level = self.level();
+            let bands: Vec<Band> = self.jobs.iter().map(|job| self.band(job, level, now)).collect();
+            for (job, band) in self.jobs.iter_mut().zip(bands) {
+                job.band = band;
+            }
+        }
+    }
+
+    /// The largest value of a task with a job in flight that lost one of its last jobs; nothing is below all values.
+    fn level(&self) -> Option<u32> {
+        let losing = self.jobs.iter().map(|job| job.task).filter(|&task| self.recently_lost(task, &[]) > 0);
+        losing.map(|task| self.workload.tasks[task].value).max()
+    }
+
+    fn band(&self, job: &Job, level: Option<u32>, now: u64) -> Band {
+        let (in_time, _, value, _) = self.rank(job, &[], now);
+        let owed = self.is_owed(job);
+        let one_task = self.jobs.iter().all(|other| other.task == job.task);
+        if one_task || in_time && (owed || Some(value) > level) {
+            Band::Highest
+        } else {
+            Band::Ranked(in_time, owed, value)
+        }
+    }
+
+    /// Whether the floor needs the job, or another one of its task where the job has started.
+    fn is_owed(&self, job: &Job) -> bool {
+        let mut own = self.jobs.iter().filter(|other| other.task == job.task);
+        self.floor_needs(job, &[]) || job.started && own.any(|other| self.floor_needs(other, &[]))
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,71 @@
+//! A host whose clock is never a round number, beside one that is on time to the nanosecond.
+
+use crate::sets::{Set, Times, Wish};
+use crate::{LOADS, VALUES};
+use red_core::Outcome;
+use red_tests::drive::{Drive, Watch};
+use red_workload::policy::Policy;
+use std::collections::{BTreeMap, BTreeSet};
+
+const HORIZON_NS: u64 = 3_000_000_000;
+/// How late a thread may be that sleeps until an instant.
+const LATE_NS: (u64, u64) = (1, 60_000);
+
+/// How jobs ended: by task and reason, or on time, or late.
+#[derive(Debug, Default)]
+struct Ends(BTreeMap<(usize, &'static str), u64>);
+
+impl Watch for Ends {
+    fn ended(&mut self, outcome: &Outcome) {
+        let end = match outcome.shed {
+            Some(reason) => reason.name(),
+            None if outcome.at <= outcome.deadline => "on time",
+            None => "late",
+        };
+        *self.0.entry((outcome.task.index(), end)).or_default() += 1;
+    }
+}
+
+fn ends(set: &Set, policy: Policy, late_ns: (u64, u64), seed: u64) -> Ends {
+    let mut ends = Ends::default();
+    let workload = set.workload();
+    Drive::new(&workload, policy.config(), (100, 100), seed).late_by(late_ns).run(HORIZON_NS, &mut ends);
+    ends
+}
+
+/// Lateness costs a few jobs and moves others: no mechanism rests on an instant that a real clock never shows.
+#[test]
+fn a_clock_that_is_never_round_changes_little() {
+    for policy in Policy::NAMED {
+        let mut seen = BTreeSet::new();
+        for (lanes, (seed, load_percent)) in
+            [1, 2, 4].into_iter().flat_map(|n| (0..).zip(LOADS).map(move |s| (n, s)))
+        {
+            let times = Times::Wcet;
+            let set = Set::draw(
+                seed,
+                Wish { tasks: (2, 5), lanes, load_percent, times, values: VALUES, floors: true },
+            );
+            let [ideal, real] = [(0, 0), LATE_NS].map(|late| ends(&set, policy, late, seed).0);
+            let all: u64 = ideal.values().sum();
+            for key in ideal.keys().chain(real.keys()) {
+                let [ideal, real] = [&ideal, &real].map(|ends| ends.get(key).copied().unwrap_or(0));
+                assert!(
+                    10 * ideal.abs_diff(real) <= all,
+                    "{}, {lanes} lanes, seed {seed}: of {all} jobs, task {} has {ideal} {} beside a clock that is \
+                     never late, and {real} here",
+                    policy.name(),
+                    key.0,
+                    key.1
+                );
+                seen.insert(key.1);
+            }
+        }
+        let must = match policy {
+            Policy::Red => &["urgency"] as &[_],
+            Policy::Redrt | Policy::RedrtLookahead => &["overload", "hopeless"],
+            _ => &["late"],
+        };
+        assert!(must.iter().all(|end| seen.contains(end)), "{}: {seen:?}", policy.name());
+    }
+}

@@ -1,0 +1,157 @@
+//! What overload is to be like for whoever owns the robot. Nothing here knows by what rule.
+
+mod clock;
+mod sets;
+
+use red_workload::metrics::JobEnd;
+use red_workload::policy::Policy;
+use sets::{Set, Task, Times, Wish};
+
+const SECOND_NS: u64 = 1_000_000_000;
+/// Values of a set: equal ones, and such that are far apart.
+const VALUES: &[u32] = &[1, 1, 3, 10, 100, 1_000];
+const LOADS: [u64; 5] = [110, 133, 150, 200, 300];
+
+/// Numbers of lanes, each with each kind of execution times.
+fn kinds() -> impl Iterator<Item = (u64, Times)> {
+    [1, 2, 4].into_iter().flat_map(|lanes| Times::ALL.map(|times| (lanes, times)))
+}
+
+/// Sets of some kind, each with a seed: as many for each load.
+fn sets(wish: Wish, of_each: u64) -> impl Iterator<Item = (u64, Set)> {
+    let seeds = (0..of_each * LOADS.len() as u64).zip(LOADS.into_iter().cycle());
+    seeds.map(move |(seed, load_percent)| (seed, Set::draw(seed, Wish { load_percent, ..wish })))
+}
+
+/// A group is the tasks from some value up. It is protected if all of it is on time without the others, with deadlines that
+/// are shorter by the longest node of these: so long may somebody who holds a lane keep it.
+#[test]
+fn what_is_worth_more_is_not_late_because_of_what_is_worth_less() {
+    for (lanes, times) in kinds() {
+        let wish = Wish { tasks: (2, 5), lanes, load_percent: 0, times, values: VALUES, floors: false };
+        let (mut groups, mut broken) = (0, Vec::new());
+        for (seed, set) in sets(wish, 8) {
+            let among_others = set.on_time(Policy::Redrt, 4 * SECOND_NS);
+            let mut values: Vec<u32> = set.tasks.iter().map(|task| task.value).collect();
+            values.sort_unstable();
+            values.dedup();
+            for least in values.into_iter().skip(1) {
+                let others = set.tasks.iter().filter(|task| task.value < least);
+                let longest = others.map(Task::longest_node_ns).max().unwrap_or(0);
+                let Some(alone) = set.part(|task| task.value >= least, longest) else { continue };
+                if alone.on_time(Policy::Edf, 4 * SECOND_NS).iter().any(|(_, on_time, due)| on_time < due) {
+                    continue;
+                }
+                groups += 1;
+                let is_whole = |(name, on_time, due): &(String, u64, u64)| {
+                    alone.tasks.iter().all(|task| task.name != *name) || 100 * on_time >= 99 * due
+                };
+                if !among_others.iter().all(is_whole) {
+                    broken.push((seed, least, among_others.clone()));
+                }
+            }
+        }
+        let whole_percent = 100 * (groups - broken.len()) / groups;
+        let must_percent = if lanes == 1 { 95 } else { 85 };
+        assert!(
+            groups >= 20 && whole_percent >= must_percent,
+            "{lanes} lanes, {times:?}: {whole_percent} % of {groups} groups are whole; broken (seed, least value, \
+             on time of due): {broken:?}"
+        );
+    }
+}
+
+#[test]
+fn the_order_of_tasks_in_the_file_changes_nothing() {
+    for (lanes, times) in kinds() {
+        let wish = Wish { tasks: (2, 5), lanes, load_percent: 0, times, values: VALUES, floors: true };
+        for (seed, set) in sets(wish, 2) {
+            let mut turned = set.clone();
+            turned.tasks.reverse();
+            assert_eq!(told(&set), told(&turned), "seed {seed}, {lanes} lanes, {times:?}:\n{}", set.file());
+        }
+    }
+}
+
+/// All that is said of each task, in the order of their names.
+fn told(set: &Set) -> Vec<String> {
+    let report = set.run(Policy::Redrt, SECOND_NS);
+    let mut tasks: Vec<String> =
+        report.tasks.iter().map(|task| serde_json::to_string(task).expect("it is plain")).collect();
+    tasks.sort();
+    tasks
+}
+
+/// With room for a job and two thirds in its deadline. Where nobody knows before how long a job takes, no rule can choose
+/// those that fit.
+#[test]
+fn one_task_alone_gets_what_the_lanes_can_carry() {
+    for (lanes, times) in kinds() {
+        let wish = Wish { tasks: (1, 1), lanes, load_percent: 0, times, values: &[1], floors: false };
+        let mut shares = Vec::new();
+        for (seed, mut set) in sets(wish, 6) {
+            let task = &mut set.tasks[0];
+            task.jitter = false;
+            let alone = task.path_ns().max(task.work_ns().div_ceil(lanes));
+            task.deadline_ns = alone * 165 / 100 + task.longest_node_ns();
+            let (mean, time) = (task.work_ns() * times.mean_percent() / 100, 200 * task.period_ns);
+            let (_, on_time, due) = set.on_time(Policy::Redrt, time)[0].clone();
+            let can = due.min(time * lanes / mean);
+            shares.push((100 * on_time / can, seed));
+        }
+        let mean = shares.iter().map(|share| share.0).sum::<u64>() / shares.len() as u64;
+        let must = if times == Times::Wcet { 97 } else { 95 };
+        assert!(mean >= must, "{lanes} lanes, {times:?}: {mean} % in the mean of (share, seed) {shares:?}");
+    }
+}
+
+#[test]
+fn none_of_equals_gets_nothing() {
+    for (lanes, times) in kinds() {
+        let wish = Wish { tasks: (2, 5), lanes, load_percent: 0, times, values: &[7], floors: false };
+        for (seed, set) in sets(wish, 4) {
+            let longest = set.tasks.iter().map(Task::longest_node_ns).max().unwrap_or(0);
+            let horizon = 40 * set.tasks.iter().map(|task| task.period_ns).max().unwrap_or(0);
+            let all = set.on_time(Policy::Redrt, horizon);
+            for (name, on_time, due) in &all {
+                let alone = set.part(|task| task.name == *name, longest);
+                let fits = |alone: Set| alone.on_time(Policy::Edf, horizon)[0].1 == *due;
+                assert!(
+                    *on_time > 0 || !alone.is_some_and(fits),
+                    "seed {seed}, {lanes} lanes, {times:?}: {name} has none of {due}: {all:?}"
+                );
+            }
+        }
+    }
+}
+
+/// A burst that is over leaves nothing behind: who fits is on time again.
+#[test]
+fn what_fits_is_whole_again_after_a_burst() {
+    let mut seen = 0;
+    for (lanes, times) in kinds() {
+        let wish = Wish { tasks: (2, 4), lanes, load_percent: 0, times, values: VALUES, floors: false };
+        for seed in 0..30 {
+            let mut set = Set::draw(seed, Wish { load_percent: 75, ..wish });
+            if set.on_time(Policy::Redrt, 4 * SECOND_NS).iter().any(|(_, on_time, due)| on_time < due) {
+                continue;
+            }
+            seen += 1;
+            let usual = set.tasks.len();
+            let burst =
+                Set::draw(seed + 100, Wish { load_percent: 200, tasks: (1, 1), values: &[500], ..wish });
+            set.tasks.extend(burst.tasks.into_iter().map(|task| Task {
+                name: "burst".to_owned(),
+                until_ns: SECOND_NS,
+                ..task
+            }));
+            let report = set.run(Policy::Redrt, 4 * SECOND_NS);
+            let later = |job: &&JobEnd| (2 * SECOND_NS..3 * SECOND_NS).contains(&job.release_ns);
+            let is_late =
+                |job: &&JobEnd| job.shed.is_some() || job.at_ns.is_none_or(|at| at > job.deadline_ns);
+            let late = report.jobs[..usual].iter().flatten().filter(later).filter(is_late).count();
+            assert_eq!(late, 0, "seed {seed}, {lanes} lanes, {times:?}: {report:?}");
+        }
+    }
+    assert!(seen >= 50, "{seen} sets fit");
+}
