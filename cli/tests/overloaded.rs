@@ -165,22 +165,36 @@ fn a_graph_at_133_percent_reaches_what_its_lanes_can_carry() {
 }
 
 #[test]
-fn the_graph_and_what_is_given_up_are_alike_on_threads() {
-    let task = Task { deadline_us: 66_000, ..task("t", 30, "floor = [2, 3]", GRAPH) };
-    let file = workload("alike.toml", 1, &[&task]);
-    for (policy, reasons) in [("redrt", &["hopeless", "overload"][..]), ("red", &["urgency"])] {
-        let (virtually, really) = (sim(&file, policy, "4s"), on_threads(&file, policy, "4s"));
-        let [expected, found] = [&virtually, &really].map(|report| of(report, "t", "on_time") as f64);
-        assert!(
-            found >= 0.8 * expected,
-            "{policy}: {found} on threads, {expected} in virtual time: {really}"
-        );
-        let sum = |report| reasons.iter().map(|reason| given_up(report, reason)).sum::<u64>() as f64;
-        let [expected, found] = [&virtually, &really].map(sum);
-        assert!(
-            expected > 0.0 && found >= 0.6 * expected,
-            "{policy}: {found} given up, {expected} in virtual time"
-        );
+fn who_is_in_time_and_what_is_given_up_are_alike_on_threads() {
+    let graph = Task { deadline_us: 66_000, ..task("t", 30, "floor = [2, 3]", GRAPH) };
+    let chain = Task { deadline_us: 66_000, ..task("t", 30, "", CHAIN) };
+    let values = [
+        task("high", 40, "value = 100", &[(9_000, &[]), (8_000, &[0])]),
+        task("middle", 50, "value = 10", &[(14_000, &[]), (9_000, &[])]),
+        task("low", 60, "value = 1", &[(10_000, &[]), (15_000, &[0])]),
+    ];
+    for (name, tasks) in [
+        ("alike.toml", &[&graph][..]),
+        ("alike-chain.toml", &[&chain]),
+        ("alike-values.toml", &values.each_ref()),
+    ] {
+        let file = workload(name, 1, tasks);
+        for (policy, reasons) in [("redrt", &["hopeless", "overload"][..]), ("red", &["urgency"])] {
+            let (virtually, really) = (sim(&file, policy, "4s"), on_threads(&file, policy, "4s"));
+            let on_time =
+                |report| tasks.iter().map(|task| of(report, task.name, "on_time")).sum::<u64>() as f64;
+            let [expected, found] = [&virtually, &really].map(on_time);
+            assert!(
+                found >= 0.8 * expected,
+                "{name}, {policy}: {found} on threads, {expected} in virtual time: {really}"
+            );
+            let sum = |report| reasons.iter().map(|reason| given_up(report, reason)).sum::<u64>() as f64;
+            let [expected, found] = [&virtually, &really].map(sum);
+            assert!(
+                expected > 0.0 && found >= 0.6 * expected,
+                "{name}, {policy}: {found} given up, {expected} in virtual time: {really}"
+            );
+        }
     }
 }
 

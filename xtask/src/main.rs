@@ -79,7 +79,7 @@ usage: cargo xtask TASK
                     random inputs for the readers and the calls; 1000000 each unless told
   fuzz TARGET --input FILE [--planted BUG]
                     one input again
-  mutants [--sample N] [--seed S]
+  mutants [--sample N] [--seed S] [--file PART]...
                     changes of the core that tests should notice; 400 of them and seed 1 unless told
   bench [ARG]...    what the scheduler costs beside its peers, measured now; --help tells the ARGs
   soak [ARG]...     random workloads, edits and faults on real threads; --help tells the ARGs

@@ -55,20 +55,23 @@ const ALL: Stage = Stage {
 pub(crate) struct Wish {
     sample: usize,
     seed: u64,
+    /// Parts of paths: only what is changed in such files. All where there is none.
+    files: Vec<String>,
 }
 
 impl Wish {
     /// # Errors
     /// What is not known.
     pub(crate) fn of(words: &[&str]) -> Result<Self, String> {
-        let mut wish = Self { sample: 400, seed: 1 };
+        let mut wish = Self { sample: 400, seed: 1, files: Vec::new() };
         for pair in words.chunks(2) {
             let number = pair.get(1).and_then(|number| number.parse::<u64>().ok());
             let number = number.ok_or_else(|| format!("{} takes a number", pair[0]));
             match pair[0] {
+                "--file" => wish.files.push((*pair.get(1).ok_or("--file takes a part of a path")?).to_owned()),
                 "--sample" => wish.sample = number? as usize,
                 "--seed" => wish.seed = number?,
-                other => return Err(format!("mutants knows --sample N and --seed S, not {other}")),
+                other => return Err(format!("mutants knows --sample N, --seed S and --file PART, not {other}")),
             }
         }
         Ok(wish)
@@ -90,8 +93,8 @@ struct Found {
 /// Too few are noticed.
 pub(crate) fn run(workspace: &Workspace, wish: &Wish) -> Result<Tally, Failure> {
     tools::built(workspace, "cargo-mutants", CARGO_MUTANTS, &["mutants", "--version"])?;
-    let mut bench = Bench::new(workspace)?;
-    let (of, parts) = (bench.names.len().div_ceil(PART), wish.sample.div_ceil(PART));
+    let mut bench = Bench::new(workspace, &wish.files)?;
+    let (of, parts) = (bench.chosen.len().div_ceil(PART), wish.sample.div_ceil(PART));
     let mut all = Found::default();
     for part in 0..parts.min(of) {
         let shard = (wish.seed as usize + part * of / parts.min(of)) % of;
@@ -120,6 +123,8 @@ struct Bench<'a> {
     tree: PathBuf,
     /// Of all mutants that there are.
     names: Vec<String>,
+    /// Of these, those that the sample is of.
+    chosen: Vec<String>,
     /// Of the core without its tests: what is kept about another is about nothing.
     core: u64,
     tests: u64,
@@ -128,7 +133,7 @@ struct Bench<'a> {
 }
 
 impl<'a> Bench<'a> {
-    fn new(workspace: &'a Workspace) -> Result<Self, Failure> {
+    fn new(workspace: &'a Workspace, files: &[String]) -> Result<Self, Failure> {
         let tree = copy::of(workspace, "mutants")?;
         let is_test = |path: &Path| path.ends_with("tests.rs");
         let (mut core, mut tests) = (DefaultHasher::new(), DefaultHasher::new());
@@ -137,8 +142,18 @@ impl<'a> Bench<'a> {
         })?;
         hash_files(&tree.join("tests"), &mut |path, bytes| (path, bytes).hash(&mut tests))?;
         let names = mutants(workspace, &tree).args(&["--list"]).output()?;
-        let names = names.lines().map(str::to_owned).collect();
-        Ok(Self { workspace, tree, names, core: core.finish(), tests: tests.finish(), limits: None })
+        let names: Vec<String> = names.lines().map(str::to_owned).collect();
+        let path = |name: &str| name.split(':').next().unwrap_or_default().to_owned();
+        let is_chosen =
+            |name: &&String| files.is_empty() || files.iter().any(|file| path(name).contains(file));
+        let chosen: Vec<String> = names.iter().filter(is_chosen).cloned().collect();
+        if chosen.is_empty() {
+            return Err(Failure::Wrong(format!("no mutant of the core is in {}", files.join(" or "))));
+        }
+        if !files.is_empty() {
+            files.hash(&mut core);
+        }
+        Ok(Self { workspace, tree, names, chosen, core: core.finish(), tests: tests.finish(), limits: None })
     }
 
     /// One part, or what is kept of it: what was noticed is not tried again, and the rest only by other tests.
@@ -149,7 +164,7 @@ impl<'a> Bench<'a> {
             Some(found) if found.tests == self.tests || found.missed.is_empty() => return Ok(found),
             Some(found) => found,
             None => {
-                let missed = self.names.iter().skip(shard).step_by(of).cloned().collect();
+                let missed = self.chosen.iter().skip(shard).step_by(of).cloned().collect();
                 Found { missed, ..Found::default() }
             }
         };
