@@ -7,7 +7,7 @@ use crate::on_stream::{Leaves, Queue};
 use crate::panics::{BodyPanic, caught};
 use crate::report::LaneFigures;
 use crate::setup::best_effort;
-use crate::shared::{DEPTH, Shared, take_requests};
+use crate::shared::{Shared, take_requests};
 use crate::sleeper::Sleeper;
 use crate::timeline::{Host, Timeline};
 use crate::usage::Usage;
@@ -16,7 +16,7 @@ use crate::watchdog::{Armed, Bound};
 use core::sync::atomic::Ordering;
 use red_core::{Action, Capacity, Duration, Instant, LaneId, PoolId, Scheduler, UnitId};
 use red_record::Recorder;
-use red_sync::{Exclusive, Requests};
+use red_sync::Exclusive;
 
 /// Bound of a body: this many times its WCET, and a fixed part.
 const BOUND_TIMES: u64 = 10;
@@ -168,7 +168,7 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
         self.shared.slots[self.number].arm(deadline)
     }
 
-    /// One turn with the scheduler, from `begin` on: report, apply what is due, decide, hand out. Once a stop was asked
+    /// One turn with the scheduler, from `begin` on: apply what is due, report, decide, hand out. Once a stop was asked
     /// for, only the report.
     fn session(&mut self, report: Report, begin: u64) -> Next {
         let shared = self.shared;
@@ -187,10 +187,18 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
                     scheduler.stood_still(stood, now);
                     host.stood_still(stood, now);
                 }
-                self.report(scheduler, host, report, now);
                 let (goes_on, was_busy) = (!shared.waiting.is_stopping(), report.done.is_some());
-                let turn = goes_on
-                    .then(|| self.decide(scheduler, requests, &mut held.timeline, host, was_busy, now));
+                // What came while all lanes were busy came before what ends now.
+                let since = if goes_on {
+                    host.due(scheduler, now);
+                    let asked = take_requests(scheduler, requests, host, now);
+                    held.timeline.release(scheduler, host, now).unwrap_or(u64::MAX).min(asked)
+                } else {
+                    u64::MAX
+                };
+                self.report(scheduler, host, report, now);
+                let turn =
+                    goes_on.then(|| self.decide(scheduler, &held.timeline, host, since, was_busy, now));
                 while let Some(warning) = scheduler.take_warning() {
                     host.warned(&warning, now);
                 }
@@ -241,23 +249,20 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
         }
     }
 
-    /// Makes the changes that are due, releases what is due and fills the lanes.
+    /// Fills the lanes, after releases of which the first was at `since`.
     fn decide(
         &self,
         scheduler: &mut Recorder<'_, C>,
-        requests: &mut Requests<'_, DEPTH>,
-        timeline: &mut Timeline,
+        timeline: &Timeline,
         host: &mut H,
+        since: u64,
         was_busy: bool,
         now: Instant,
     ) -> Turn {
         let (shared, me) = (self.shared, LaneId::new(self.number as u8));
-        let mut since = now.as_nanos();
-        host.due(scheduler, now);
+        let since = since.min(now.as_nanos());
         let has_answered = self.run_errand(scheduler, now);
         let is_closed = shared.is_closed(now);
-        since = since.min(take_requests(scheduler, requests, host, now));
-        since = since.min(timeline.release(scheduler, host, now).unwrap_or(u64::MAX));
         let mut mine = None;
         while let Some(action) = scheduler.poll_on(me, now) {
             match action {

@@ -99,7 +99,8 @@ impl Timeline {
     }
 }
 
-/// Releases a job, which may take the place of another: how that ended is told before the next one could.
+/// Releases a job, which may take the place of another: how that ended is told before the next one could. For the scheduler
+/// it comes when it was to come, if nothing later was told yet.
 pub(crate) fn release_one<C: Capacity>(
     scheduler: &mut Recorder<'_, C>,
     host: &mut impl Host<C>,
@@ -108,7 +109,8 @@ pub(crate) fn release_one<C: Capacity>(
     capture: Option<u64>,
     now: Instant,
 ) {
-    let taken = scheduler.release_at(task, release, capture, now);
+    let came = release.clamp(scheduler.now().min(now), now);
+    let taken = scheduler.release_at(task, release, capture, came);
     host.released(task.index(), release, taken);
     while let Some(outcome) = scheduler.take_outcome() {
         host.ended(&outcome);

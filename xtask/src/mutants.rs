@@ -68,10 +68,14 @@ impl Wish {
             let number = pair.get(1).and_then(|number| number.parse::<u64>().ok());
             let number = number.ok_or_else(|| format!("{} takes a number", pair[0]));
             match pair[0] {
-                "--file" => wish.files.push((*pair.get(1).ok_or("--file takes a part of a path")?).to_owned()),
+                "--file" => {
+                    wish.files.push((*pair.get(1).ok_or("--file takes a part of a path")?).to_owned())
+                }
                 "--sample" => wish.sample = number? as usize,
                 "--seed" => wish.seed = number?,
-                other => return Err(format!("mutants knows --sample N, --seed S and --file PART, not {other}")),
+                other => {
+                    return Err(format!("mutants knows --sample N, --seed S and --file PART, not {other}"));
+                }
             }
         }
         Ok(wish)

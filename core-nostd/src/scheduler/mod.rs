@@ -115,7 +115,7 @@ crate::capacity::stored! {
         now: Instant,
         /// From when on `poll` must look at the outlook of jobs again.
         alarm: Instant,
-        /// Start of the monitor's current tick.
+        /// The last tick that was counted, or the one before now under rules that count none.
         window: Instant,
         /// Pools that may have something to start, a bit each.
         active: u32,
@@ -176,6 +176,7 @@ impl<C: Capacity> Scheduler<C> {
         self.residual = config.residual();
         self.reassigns = self.residual && config.reassign == Reassign::OnDispatch;
         (self.alarm, self.monitor.wake) = (Instant::MAX, Instant::MAX);
+        self.begin_ticks();
         self.record.open();
         let lanes = config.lanes.clamp(1, C::LANES as u8);
         // One to LANES lanes in the first of at least one pool: there is room.

@@ -27,8 +27,6 @@ crate::capacity::stored! {
         pub(super) over: u32,
         /// Whether the forward schedule has to be looked at, whatever the lanes do.
         pub(super) is_worse: bool,
-        /// Whether the tick at the start of the window was counted.
-        pub(super) counted: bool,
     }
 }
 

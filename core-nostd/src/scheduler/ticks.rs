@@ -1,8 +1,9 @@
 //! The overload ticks of the paper's rule, on a real clock.
 //!
 //! *Rule.* They are at multiples of the tick. One at which `poll` is called sees what all events of the instant left.
-//! Those that lie between two calls saw what the first of these left: lanes as busy as since then, queues as long. The
-//! next call counts them all.
+//! Those that nobody looked at saw what the last event at or before them left: lanes as busy as since then, queues as
+//! long. The first call after them counts them, and if they are enough, gives up of what they saw, before it does what it
+//! is for. On a real clock most ticks are such; otherwise what waits would be the next node of whoever just completed one.
 
 use super::{Scheduler, bits};
 use crate::capacity::Capacity;
@@ -13,41 +14,67 @@ use crate::time::{Duration, Instant};
 const SHORTEST: Duration = Duration::from_nanos(1);
 
 impl<C: Capacity> Scheduler<C> {
-    /// First event of a new tick, or a step back of the clock.
+    /// First events of a new tick, or a step back of the clock.
     #[cold]
     pub(super) fn enter_tick(&mut self, now: Instant) -> Instant {
         if now < self.now {
             self.counters.clock_steps_back += 1;
             return self.now;
         }
+        self.now = now;
         let tick = self.tick().as_nanos();
-        let start = Instant::from_nanos(now.as_nanos() / tick * tick);
-        if self.config.shed == Shed::LowestUrgency {
-            self.pass_ticks(start, start == now);
+        if self.config.shed != Shed::LowestUrgency {
+            self.window = Instant::from_nanos(now.as_nanos() / tick * tick);
+        } else if let Some(before) = now.as_nanos().checked_sub(1) {
+            self.pass_ticks(before / tick * tick);
         }
-        (self.window, self.now) = (start, now);
         now
     }
 
-    /// Counts the ticks up to `last` that nobody looked at, but not `last` itself if it begins now. Time bound:
-    /// O(pools * jobs), however many there are.
-    fn pass_ticks(&mut self, last: Instant, begins_now: bool) {
-        if !self.monitor.counted {
-            self.count_ticks(1);
+    /// None was counted yet: the first is at 0.
+    pub(super) const fn begin_ticks(&mut self) {
+        if matches!(self.config.shed, Shed::LowestUrgency) {
+            self.window = Instant::from_nanos(self.tick().as_nanos().wrapping_neg());
         }
+    }
+
+    /// Counts the ticks after the last that was counted, up to one at `last`. Time bound: O(pools * jobs) for each job that
+    /// is given up, however many there are.
+    fn pass_ticks(&mut self, last: u64) {
         let tick = self.tick().as_nanos();
-        let ticks = (last.as_nanos() - self.window.as_nanos()) / tick;
-        // The first that ended since, whose beginning something may have happened in; the others were alike.
-        self.take_use(Instant::from_nanos(self.window.as_nanos() + tick));
-        if ticks > 1 {
-            self.count_ticks(1);
-            self.take_use(Instant::from_nanos(last.as_nanos() - tick));
-            self.take_use(last);
-            self.count_ticks(ticks - 2);
+        let ticks = last.wrapping_sub(self.window.as_nanos()) / tick;
+        if ticks == 0 {
+            return;
         }
-        self.monitor.counted = false;
-        if !begins_now {
-            self.count_ticks(1);
+        // The first, before which something may have happened; the others are alike.
+        self.take_use(self.after_window());
+        self.pass(1);
+        if ticks > 1 {
+            self.take_use(Instant::from_nanos(last - tick));
+            self.take_use(Instant::from_nanos(last));
+            self.pass(ticks - 1);
+        }
+        self.window = Instant::from_nanos(last);
+    }
+
+    /// The tick after the last that was counted; before the first, that at 0.
+    const fn after_window(&self) -> Instant {
+        Instant::from_nanos(self.window.as_nanos().wrapping_add(self.tick().as_nanos()))
+    }
+
+    /// Counts ticks that nobody looked at, and gives up jobs at each that makes them enough.
+    fn pass(&mut self, ticks: u64) {
+        self.count_ticks(ticks);
+        // Each round gives somebody up, or is the last.
+        while let Some(rest) = self.monitor.over.checked_sub(self.config.overload.ticks.into()) {
+            let before = self.in_flight;
+            self.drop_least_urgent();
+            let is_last = self.in_flight == before;
+            let rest = if is_last { rest % u32::from(self.config.overload.ticks).max(1) } else { rest };
+            self.count_ticks(rest.into());
+            if is_last {
+                break;
+            }
         }
     }
 
@@ -73,7 +100,6 @@ impl<C: Capacity> Scheduler<C> {
         });
         let ticks = u32::try_from(ticks).unwrap_or(u32::MAX);
         self.monitor.over = if exceeded { self.monitor.over.saturating_add(ticks) } else { 0 };
-        self.monitor.counted = true;
     }
 
     /// Lane time of a pool used up to `instant`, which is not before the last event.
@@ -83,18 +109,14 @@ impl<C: Capacity> Scheduler<C> {
         running.fold(self.pools[pool].busy, u64::wrapping_add)
     }
 
-    fn tick(&self) -> Duration {
-        self.config.overload.tick.max(SHORTEST)
+    const fn tick(&self) -> Duration {
+        let tick = self.config.overload.tick;
+        if tick.as_nanos() == 0 { SHORTEST } else { tick }
     }
 
-    /// The tick that `poll` must not miss: this one, if it begins now and was not counted, or the next. None under
-    /// other rules.
+    /// The tick that `poll` must not miss. None under other rules.
     pub(super) fn next_tick(&self) -> Instant {
-        match self.config.shed {
-            Shed::LowestUrgency if !self.monitor.counted => self.window,
-            Shed::LowestUrgency => self.window.saturating_add(self.tick()),
-            Shed::Never | Shed::Hopeless => Instant::MAX,
-        }
+        if self.config.shed == Shed::LowestUrgency { self.after_window() } else { Instant::MAX }
     }
 
     /// The next tick while there is a job, or a lane was busy since the last.
@@ -110,8 +132,11 @@ impl<C: Capacity> Scheduler<C> {
         if self.config.shed != Shed::LowestUrgency {
             return false;
         }
-        if !self.monitor.counted {
+        let next = self.after_window();
+        if self.now == next {
+            self.take_use(next);
             self.count_ticks(1);
+            self.window = next;
         }
         self.age_keys();
         self.monitor.over >= u32::from(self.config.overload.ticks)

@@ -1,6 +1,6 @@
 //! A host whose clock is never a round number, beside one that is on time to the nanosecond.
 
-use crate::sets::{Set, Times, Wish};
+use crate::sets::{Set, Task, Times, Wish};
 use crate::{LOADS, VALUES};
 use red_core::Outcome;
 use red_tests::drive::{Drive, Watch};
@@ -33,19 +33,41 @@ fn ends(set: &Set, policy: Policy, late_ns: (u64, u64), seed: u64) -> Ends {
     ends
 }
 
+/// One chain alone, whose nodes end at other instants than those of a tick.
+fn chain(load_percent: u64) -> Set {
+    let nodes = [0, 1, 2, 3, 4, 5, 6].map(|nth: usize| {
+        let wcet = [950_000, 8_550_000, 11_400_000, 4_750_000, 3_800_000, 2_850_000, 5_700_000][nth];
+        (wcet, nth.checked_sub(1).into_iter().collect())
+    });
+    let period_ns = 38_000_000 * 100 / load_percent;
+    let task = Task {
+        name: "chain".to_owned(),
+        value: 1,
+        floor: None,
+        period_ns,
+        deadline_ns: 66_000_000,
+        nodes: nodes.to_vec(),
+        jitter: false,
+        seed: 1,
+        until_ns: u64::MAX,
+    };
+    Set { lanes: 1, times: Times::Wcet, tasks: vec![task] }
+}
+
 /// Lateness costs a few jobs and moves others: no mechanism rests on an instant that a real clock never shows.
 #[test]
 fn a_clock_that_is_never_round_changes_little() {
     for policy in Policy::NAMED {
         let mut seen = BTreeSet::new();
-        for (lanes, (seed, load_percent)) in
-            [1, 2, 4].into_iter().flat_map(|n| (0..).zip(LOADS).map(move |s| (n, s)))
-        {
-            let times = Times::Wcet;
-            let set = Set::draw(
-                seed,
-                Wish { tasks: (2, 5), lanes, load_percent, times, values: VALUES, floors: true },
-            );
+        let sets = [1, 2, 4].into_iter().flat_map(|lanes| {
+            let each = (0..).zip(LOADS).flat_map(|of| [(1, 1), (2, 5)].map(|tasks| (of, tasks)));
+            each.map(move |((seed, load_percent), tasks)| {
+                let times = Times::Wcet;
+                let wish = Wish { tasks, lanes, load_percent, times, values: VALUES, floors: true };
+                (lanes, seed, Set::draw(seed, wish))
+            })
+        });
+        for (lanes, seed, set) in sets.chain(LOADS.iter().map(|load| (1, *load, chain(*load)))) {
             let [ideal, real] = [(0, 0), LATE_NS].map(|late| ends(&set, policy, late, seed).0);
             let all: u64 = ideal.values().sum();
             for key in ideal.keys().chain(real.keys()) {
