@@ -69,7 +69,8 @@ impl Wish {
             let number = number.ok_or_else(|| format!("{} takes a number", pair[0]));
             match pair[0] {
                 "--file" => {
-                    wish.files.push((*pair.get(1).ok_or("--file takes a part of a path")?).to_owned())
+                    let part = pair.get(1).ok_or("--file takes a part of a path")?;
+                    wish.files.push((*part).to_owned());
                 }
                 "--sample" => wish.sample = number? as usize,
                 "--seed" => wish.seed = number?,

@@ -12,6 +12,9 @@ fn words_are_pairs_of_a_name_and_a_number() {
     let wish = |words: &[&str]| Wish::of(words).map(|wish| (wish.sample, wish.seed));
     assert_eq!(wish(&[]), Ok((400, 1)));
     assert_eq!(wish(&["--seed", "7", "--sample", "20"]), Ok((20, 7)));
+    let files = |words: &[&str]| Wish::of(words).map(|wish| wish.files);
+    assert_eq!(files(&["--file", "a.rs", "--file", "b"]), Ok(vec!["a.rs".to_owned(), "b".to_owned()]));
+    assert!(files(&["--file"]).is_err());
     assert!(
         wish(&["--seed"]).is_err() && wish(&["--sample", "x"]).is_err() && wish(&["--all", "1"]).is_err()
     );
