@@ -46,8 +46,7 @@ impl<C: Capacity> Scheduler<C> {
             let lost = self.slots().map(timing).filter(|timing| timing.floor.recently_lost() > 0);
             let level = lost.map(|timing| timing.value).max();
             let first = self.slots().next().map(|slot| self.jobs[slot].task);
-            let others = self.slots().filter(|slot| Some(self.jobs[*slot].task) != first);
-            if others.count() > 0 {
+            if self.slots().any(|slot| Some(self.jobs[slot].task) != first) {
                 self.slots().for_each(|slot| ranks[slot] = Some(self.band_rank(slot, level)));
             }
         } else {
