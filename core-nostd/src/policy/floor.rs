@@ -46,7 +46,9 @@ impl Floor {
         if window > 0 && self.newest.saturating_sub(index) + window > u64::from(MEMORY) {
             return false; // What was lost so far back is forgotten, so that the job is kept.
         }
-        self.windows_of(index).all(|lost| lost < u32::from(self.allowed))
+        let mut without = *self;
+        without.ended(index, true);
+        without.windows_of(index).all(|lost| lost <= u32::from(self.allowed))
     }
 
     /// The most jobs that were lost in a window that contains job `index`. Time bound: O(k), at most 128.

@@ -48,15 +48,16 @@ impl<C: Capacity> Scheduler<C> {
         self.slots()
             .for_each(|slot| standings[slot] = Some(self.standing(slot, self.floor_of(&self.jobs[slot]))));
         let (mut stay, mut kept, mut is_doubtful) = (self.in_flight, 0, false);
-        // Each round keeps a job or lets one go.
+        // Each round keeps a job or lets one go. Either is lost to its task.
         while let Some(x) = self.first_late(&forward, !kept) {
+            is_doubtful |= stay != self.in_flight;
             let below = |slot: &usize| standings[*slot] < standings[x];
             let lower = bits(forward.in_the_way(x, stay)).filter(below).fold(0, |set, slot| set | 1 << slot);
             let is_needed = |y: usize| {
                 forward.share_a_pool(x, y) && self.can_end_in_time(&self.jobs[y], y, Case::Expected)
             };
             let cause = self.cause_of(x, &forward, stay, &standings);
-            let (goes, because, next) = if let Some(least) = bits(lower).min_by_key(|slot| standings[*slot])
+            let (loses, because, next) = if let Some(least) = bits(lower).min_by_key(|slot| standings[*slot])
                 && self.ends_in_time(x, stay & !lower)
             {
                 let rank = |slot: usize| standings[slot].map(|standing| standing.rank);
@@ -68,22 +69,21 @@ impl<C: Capacity> Scheduler<C> {
                     both.min_by_key(|(_, next)| next.late.count_ones()).unwrap_or((least, forward));
                 (goes, Some(x), Some(next))
             } else if bits(forward.late & !kept & !(1 << x)).any(is_needed) {
-                (x, cause, None)
+                (x, cause, Some(self.forward(stay & !(1 << x))))
             } else {
-                self.warn(x, forward.lateness(x, self.jobs[x].deadline), cause);
                 kept |= 1 << x;
-                is_doubtful |= stay != self.in_flight;
-                continue;
+                (x, cause, None)
             };
-            is_doubtful |= stay != self.in_flight;
-            self.warn(goes, forward.lateness(goes, self.jobs[goes].deadline), because);
-            stay &= !(1 << goes);
-            forward = next.unwrap_or_else(|| self.forward(stay));
+            self.warn(loses, forward.lateness(loses, self.jobs[loses].deadline), because);
+            if let Some(next) = next {
+                stay &= !(1 << loses);
+                forward = next;
+            }
             if (self.in_flight & !stay).count_ones() >= MOST {
                 break;
             }
-            let task = self.jobs[goes].task;
-            floors[task.index()].ended(self.jobs[goes].index, true);
+            let task = self.jobs[loses].task;
+            floors[task.index()].ended(self.jobs[loses].index, true);
             for slot in bits(stay).filter(|slot| self.jobs[*slot].task == task) {
                 standings[slot] = Some(self.standing(slot, &floors[task.index()]));
             }

@@ -44,60 +44,60 @@ impl Sim<'_> {
         i128::from(now) + longest
     }
 
-    /// The rank of a job in flight, or of one that is released now, where those at the positions `gone` left.
+    /// The rank of a job in flight, or of one that is released now, where those at the positions `lost` left or stay late.
     /// A probe is in time: what is certain and what is predicted are one bound here.
-    pub(super) fn rank(&self, job: &Job, gone: &[usize], now: u64) -> Rank {
+    pub(super) fn rank(&self, job: &Job, lost: &[usize], now: u64) -> Rank {
         let in_time = self.bound(job, now) <= job.due;
         let probe = in_time && job.index.is_multiple_of(PROBE_EVERY);
         let value = self.workload.tasks[job.task].value;
-        (in_time, self.floor_needs(job, gone), value, probe && self.recently_kept(job.task, gone) == 0)
+        (in_time, self.floor_needs(job, lost), value, probe && self.recently_kept(job.task, lost) == 0)
     }
 
-    /// The place of a job in the order of who goes first, where those at the positions `gone` left.
-    pub(super) fn standing(&self, job: &Job, gone: &[usize], now: u64) -> Standing {
+    /// The place of a job in the order of who goes first, where those at the positions `lost` left or stay late.
+    pub(super) fn standing(&self, job: &Job, lost: &[usize], now: u64) -> Standing {
         let work: u64 = self.left(job, now).iter().sum();
-        let weight = u128::from(work) * u128::from(PROBE_EVERY + self.recently_kept(job.task, gone));
+        let weight = u128::from(work) * u128::from(PROBE_EVERY + self.recently_kept(job.task, lost));
         let (release, task, index) = (Reverse(job.release), Reverse(job.task), Reverse(job.index));
-        (self.rank(job, gone, now), job.started, Reverse(weight), release, task, index)
+        (self.rank(job, lost, now), job.started, Reverse(weight), release, task, index)
     }
 
     /// How many of the last jobs of a task, up to the newest that ended, are not lost. Those before the first are not.
-    fn recently_kept(&self, task: usize, gone: &[usize]) -> u64 {
-        PROBE_EVERY - self.recently_lost(task, gone)
+    fn recently_kept(&self, task: usize, lost: &[usize]) -> u64 {
+        PROBE_EVERY - self.recently_lost(task, lost)
     }
 
     /// How many of these are.
-    pub(super) fn recently_lost(&self, task: usize, gone: &[usize]) -> u64 {
-        let Some(newest) = self.newest_ended(task, gone) else { return 0 };
+    pub(super) fn recently_lost(&self, task: usize, lost: &[usize]) -> u64 {
+        let Some(newest) = self.newest_ended(task, lost) else { return 0 };
         let last = (newest + 1).saturating_sub(PROBE_EVERY)..=newest;
-        last.filter(|&index| self.is_lost(task, index, gone)).count() as u64
+        last.filter(|&index| self.is_lost(task, index, lost)).count() as u64
     }
 
-    /// Whether a job is lost, or left.
-    fn is_lost(&self, task: usize, index: u64, gone: &[usize]) -> bool {
-        let has_left = gone.iter().any(|&at| (self.jobs[at].task, self.jobs[at].index) == (task, index));
-        has_left || self.outcome.is_lost(task, index)
+    /// Whether a job is lost, or counts as that.
+    fn is_lost(&self, task: usize, index: u64, lost: &[usize]) -> bool {
+        let is_to_be = lost.iter().any(|&at| (self.jobs[at].task, self.jobs[at].index) == (task, index));
+        is_to_be || self.outcome.is_lost(task, index)
     }
 
-    /// Index of the newest job of a task that ended or left.
-    fn newest_ended(&self, task: usize, gone: &[usize]) -> Option<u64> {
-        let gone = gone.iter().map(|&at| &self.jobs[at]).filter(|job| job.task == task);
-        gone.map(|job| job.index).chain(self.outcome.newest_ended(task)).max()
+    /// Index of the newest job of a task that ended, or is lost.
+    fn newest_ended(&self, task: usize, lost: &[usize]) -> Option<u64> {
+        let lost = lost.iter().map(|&at| &self.jobs[at]).filter(|job| job.task == task);
+        lost.map(|job| job.index).chain(self.outcome.newest_ended(task)).max()
     }
 
     /// Whether the floor of the job's task cannot spare the job: some window of consecutive jobs with it would lose
     /// too many. Neither can it where the window reaches further back than jobs are remembered.
-    pub(super) fn floor_needs(&self, job: &Job, gone: &[usize]) -> bool {
+    pub(super) fn floor_needs(&self, job: &Job, lost: &[usize]) -> bool {
         let Some((m, k)) = self.workload.tasks[job.task].floor else { return false };
         let (m, k) = (u64::from(m), u64::from(k));
         let (window, spare) = (k.min(FLOOR_MEMORY), (k - m) / k.div_ceil(FLOOR_MEMORY));
-        let newest = self.newest_ended(job.task, gone).unwrap_or(0);
+        let newest = self.newest_ended(job.task, lost).unwrap_or(0);
         if newest.saturating_sub(job.index) + window > FLOOR_MEMORY {
             return true;
         }
-        let lost = |index: &u64| *index == job.index || self.is_lost(job.task, *index, gone);
+        let counts = |index: &u64| *index == job.index || self.is_lost(job.task, *index, lost);
         let mut starts = (job.index + 1).saturating_sub(window)..=job.index;
-        starts.any(|start| (start..start + window).filter(lost).count() as u64 > spare)
+        starts.any(|start| (start..start + window).filter(counts).count() as u64 > spare)
     }
 }
 

@@ -14,8 +14,8 @@ struct Look {
     group: Vec<usize>,
     /// Late, and to stay.
     kept: Vec<usize>,
-    /// They left the group, in this order.
-    gone: Vec<usize>,
+    /// They left the group, or are late: lost to their tasks.
+    lost: Vec<usize>,
 }
 
 impl Sim<'_> {
@@ -76,22 +76,24 @@ impl Sim<'_> {
 
     /// The jobs that have to go, and whether as many left as one look lets go.
     fn predict(&self, now: u64) -> (Vec<(usize, u64)>, bool) {
-        let mut look = Look { group: (0..self.jobs.len()).collect(), kept: Vec::new(), gone: Vec::new() };
+        let mut look = Look { group: (0..self.jobs.len()).collect(), kept: Vec::new(), lost: Vec::new() };
         // Those that left, by what they were when they did.
         let mut outside: Vec<(Standing, usize)> = Vec::new();
         let mut kept_later = false;
-        while look.gone.len() < LEAVE_AT_MOST {
+        while outside.len() < LEAVE_AT_MOST {
             let fates = self.forward(&look.group, now);
             let Some(x) = self.first_late(&fates, |job| !look.kept.contains(&job)) else { break };
             if let Some(goes) = self.who_goes(x, &fates, &look, now) {
-                outside.push((self.standing(&self.jobs[goes], &look.gone, now), goes));
+                outside.push((self.standing(&self.jobs[goes], &look.lost, now), goes));
                 look.group.retain(|&job| job != goes);
-                look.gone.push(goes);
+                look.lost.push(goes);
             } else {
                 look.kept.push(x.job);
-                kept_later |= !look.gone.is_empty();
+                look.lost.push(x.job);
+                kept_later |= !outside.is_empty();
             }
         }
+        let cut_short = outside.len() == LEAVE_AT_MOST;
         if kept_later || outside.len() >= 2 {
             outside.sort_unstable_by_key(|&left| Reverse(left));
             outside.retain(|&(_, job)| {
@@ -105,7 +107,7 @@ impl Sim<'_> {
             });
         }
         let name = |(_, job): (Standing, usize)| (self.jobs[job].task, self.jobs[job].index);
-        (outside.into_iter().map(name).collect(), look.gone.len() == LEAVE_AT_MOST)
+        (outside.into_iter().map(name).collect(), cut_short)
     }
 
     /// Of these jobs that are late, the one that ends first.
@@ -120,7 +122,7 @@ impl Sim<'_> {
     /// Who leaves because `x` would be late: one of those below it that are in its way, if it is in time
     /// without all of them; else `x`, if it harms others; else nobody.
     fn who_goes(&self, x: &Fate, fates: &[Fate], look: &Look, now: u64) -> Option<usize> {
-        let standing = |job: usize| self.standing(&self.jobs[job], &look.gone, now);
+        let standing = |job: usize| self.standing(&self.jobs[job], &look.lost, now);
         let in_the_way = |j: &&Fate| {
             let starts_before = j.first_start.is_some_and(|start| start < x.end);
             starts_before && j.meets(x) && standing(j.job) < standing(x.job)
@@ -137,7 +139,7 @@ impl Sim<'_> {
     /// The least of those in the way, or the first of the others of its rank that are late, if fewer jobs are late
     /// without that one.
     fn least_or_late(&self, least: usize, below: &[usize], fates: &[Fate], look: &Look, now: u64) -> usize {
-        let rank = |job: usize| self.rank(&self.jobs[job], &look.gone, now);
+        let rank = |job: usize| self.rank(&self.jobs[job], &look.lost, now);
         let equal = |job: usize| job != least && below.contains(&job) && rank(job) == rank(least);
         let late_without = |left: usize| {
             let others: Vec<usize> = look.group.iter().copied().filter(|&job| job != left).collect();
