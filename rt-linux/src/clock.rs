@@ -1,4 +1,4 @@
-//! `CLOCK_MONOTONIC`, the only clock that the runtime goes by.
+//! `CLOCK_MONOTONIC`, the only clock that the runtime goes by, and what tells of its absence.
 
 use nix::time::{ClockId, clock_gettime};
 
@@ -15,6 +15,18 @@ pub fn now_ns() -> u64 {
     let now = clock_gettime(ClockId::CLOCK_MONOTONIC).expect("every supported Linux has CLOCK_MONOTONIC");
     // Time since boot: neither part is ever negative.
     now.tv_sec().unsigned_abs() * 1_000_000_000 + now.tv_nsec().unsigned_abs()
+}
+
+/// How long the calling thread has run, in nanoseconds. One call is a system call.
+///
+/// # Panics
+///
+/// On a kernel without `CLOCK_THREAD_CPUTIME_ID`, which Linux has had since 2.6.12.
+#[must_use]
+pub fn thread_ns() -> u64 {
+    let used = clock_gettime(ClockId::CLOCK_THREAD_CPUTIME_ID)
+        .expect("every supported Linux has CLOCK_THREAD_CPUTIME_ID");
+    used.tv_sec().unsigned_abs() * 1_000_000_000 + used.tv_nsec().unsigned_abs()
 }
 
 /// How long the machine was suspended since boot, in nanoseconds: what `CLOCK_MONOTONIC` leaves out. Two readings tell

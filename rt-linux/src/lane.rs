@@ -6,6 +6,7 @@ use crate::handler::{Handler, Work};
 use crate::on_stream::{Leaves, Queue};
 use crate::panics::{BodyPanic, caught};
 use crate::report::LaneFigures;
+use crate::rests::Rests;
 use crate::setup::best_effort;
 use crate::shared::{Shared, take_requests};
 use crate::sleeper::Sleeper;
@@ -33,6 +34,8 @@ pub(crate) struct Lane<'a, C: Capacity, H, L: Exclusive<Scheduler<C>>> {
     pub(crate) id: u32,
     pub(crate) figures: LaneFigures,
     pub(crate) handler: Box<dyn Handler>,
+    /// Of a thread that the kernel may stop for having run too long.
+    pub(crate) rests: Option<Rests>,
     /// Of a lane whose handler has a stream: what it gave.
     pub(crate) queue: Queue,
 }
@@ -93,6 +96,7 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
         arm(false);
         let used = Usage::of_thread().since(self.figures.baseline);
         self.figures.faults += used.minor_faults + used.major_faults;
+        self.figures.rested_ns = self.rests.as_ref().map_or(0, |rests| rests.rested_ns);
     }
 
     /// Waits for the next unit of the stream and reports it; `None`: another thread has the lane.
@@ -139,7 +143,13 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
         }
         // The message was the body's.
         arm(true);
-        self.is_kept(armed).then_some((ok, end))
+        if !self.is_kept(armed) {
+            return None;
+        }
+        let Some(rests) = &mut self.rests else { return Some((ok, end)) };
+        // Before the report: a lane that rests is not to be given anything.
+        rests.rest(shared.waiting.origin_ns.saturating_add(end));
+        Some((ok, shared.waiting.now()))
     }
 
     /// Counts a standstill that ends now, unless the watchdog did.

@@ -55,6 +55,7 @@ pub mod placement;
 pub mod preflight;
 mod primitive;
 pub mod report;
+mod rests;
 pub mod runtime;
 pub mod seat;
 pub mod setup;

@@ -6,7 +6,9 @@ use crate::handler::Handler;
 use crate::lane::Lane;
 use crate::on_stream::Queue;
 use crate::panics::caught;
+use crate::preflight::RealTimeBudget;
 use crate::report::LaneFigures;
+use crate::rests::Rests;
 use crate::runtime::{Enclose, Handlers, Mode};
 use crate::setup::{Fifo, SetupError, best_effort, prefault_stack};
 use crate::shared::Shared;
@@ -18,6 +20,7 @@ use nix::unistd::{Pid, gettid};
 use red_core::{Capacity, Scheduler};
 use red_sync::Exclusive;
 use std::ffi::CString;
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::mpsc::{self, RecvTimeoutError, TryRecvError};
 use std::thread;
@@ -88,6 +91,8 @@ impl Starter {
                 Ok(handler) => (Some(handler), Ok(gettid())),
                 Err(e) => (None, Err(e)),
             };
+            let budget = fifo.and_then(|_| RealTimeBudget::of_process(Path::new("/")));
+            let rests = budget.and_then(Rests::of_thread);
             // Large, so before time starts.
             let figures = LaneFigures::new();
             let _told = told.send(verdict);
@@ -96,7 +101,7 @@ impl Starter {
             let sleeper = if fifo.is_some() { Sleeper::spinning() } else { Sleeper::yielding() };
             let id = gettid().as_raw().cast_unsigned();
             let queue = Queue::default();
-            let mut lane = Lane { shared: &shared, number: lane, thread, id, figures, handler, queue };
+            let mut lane = Lane { shared: &shared, number: lane, thread, id, figures, handler, rests, queue };
             lane.run(sleeper);
             let _told = finished.send(lane.figures);
         };

@@ -49,11 +49,28 @@ fn row_52_throttling_of_real_time_threads_is_seen_as_a_standstill() {
     // the one or a server of the other.
     let hog =
         Command::new("taskset").args(["-c", &cpu.to_string(), "sh", "-c", "while :; do :; done"]).spawn();
-    let _hog = Ends(hog.expect("no taskset; install it with: apt-get install util-linux"));
+    let hog = Ends(hog.expect("no taskset; install it with: apt-get install util-linux"));
     let output = run(&path, &["--duration", "100ms"]).output().expect("the command starts");
     let (throttled, told) = summary(&output, 0);
     assert!(count(&throttled, "standstills") > 0, "{throttled}");
     assert!(told.contains("standstills: ") && told.contains("kernel.rt_throttling"), "{told}");
+    drop(hog);
+    a_busy_lane_rests();
+}
+
+/// Of each second the kernel would take 50 ms. So may a host that does not give a virtual machine its CPUs: once more, then.
+fn a_busy_lane_rests() {
+    let text =
+        b"pool = [{ name = 'cpu', lanes = 1 }]\n[[task]]\nname = 't'\nperiod = '4ms'\ndeadline = '20ms'\n\
+        node = [{ name = 'a', wcet = '5ms', body = { spin = '5ms' } }]\n";
+    let path = file("row-52-busy.toml", text);
+    let is_kept = (0..4).any(|_| {
+        let output = run(&path, &["--duration", "4s"]).output().expect("the command starts");
+        let (busy, told) = summary(&output, 0);
+        assert!(count(&busy, "rested_ns") > 100_000_000 && told.contains("lanes rested for "), "{told}");
+        count(&busy, "standstills") == 0
+    });
+    assert!(is_kept, "the kernel stopped the lane in each of four runs");
 }
 
 /// Where a hierarchy of control groups with this controller is mounted, and whether it is one of version 2.

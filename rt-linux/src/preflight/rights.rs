@@ -2,7 +2,7 @@
 
 use super::check::Check;
 use super::tree::{Tree, Unreadable};
-use super::{Finding, Severity};
+use super::{Finding, RealTimeBudget, Severity};
 use crate::setup::{FIX_MEMLOCK, FIX_RTPRIO};
 
 const VERSION_1: &str = "sys/fs/cgroup/cpu";
@@ -184,6 +184,25 @@ pub(super) fn group_without_budget(tree: &Tree<'_>, priority: u8) -> Option<Find
     // Without throttling, the kernel asks no group for its budget.
     let asks = tree.read("proc/sys/kernel/sched_rt_runtime_us").is_ok_and(|runtime| runtime != "-1");
     Some(group_scheduling(tree)).filter(|group| is_granted && asks && group.severity == Severity::Fail)
+}
+
+/// What the kernel leaves real-time threads of each CPU, by its own limit or that of the control group.
+pub(super) fn real_time_budget(tree: &Tree<'_>) -> Option<RealTimeBudget> {
+    let of = |runtime: &str, period: &str| {
+        let microseconds = |file: &str| tree.read(file).ok()?.parse::<u64>().ok()?.checked_mul(1_000);
+        Some(RealTimeBudget { runtime_ns: microseconds(runtime)?, period_ns: microseconds(period)? })
+    };
+    // Minus one, and so no number here: no limit, for no group either.
+    let own = of("proc/sys/kernel/sched_rt_runtime_us", "proc/sys/kernel/sched_rt_period_us")?;
+    let path = group(tree, "cpu").ok().flatten();
+    let of_group = path.and_then(|path| {
+        let file = |name| in_group(VERSION_1, &path, name);
+        of(&file("cpu.rt_runtime_us"), &file("cpu.rt_period_us"))
+    });
+    let share = |budget: &RealTimeBudget| {
+        u128::from(budget.runtime_ns) * u128::from(u64::MAX) / u128::from(budget.period_ns.max(1))
+    };
+    [Some(own), of_group].into_iter().flatten().min_by_key(share)
 }
 
 fn quota(tree: &Tree<'_>) -> Finding {

@@ -2,7 +2,7 @@ use std::collections::HashSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::{Finding, Severity, examine, group_without_budget};
+use super::{Finding, RealTimeBudget, Severity, examine, group_without_budget};
 use crate::setup::SetupError;
 use nix::errno::Errno;
 
@@ -252,6 +252,26 @@ fn a_refused_priority_is_put_down_to_the_group_only_where_the_right_is_there() {
     machine.write("proc/self/limits", "Max realtime priority     unlimited            unlimited\n");
     machine.write("sys/fs/cgroup/cpu/box/cpu.rt_runtime_us", "950000\n");
     assert_eq!(of_group(fifo, 70), None, "there is a budget");
+}
+
+#[test]
+fn the_real_time_budget_is_the_kernels_or_less() {
+    let machine = good("budget");
+    let budget =
+        || RealTimeBudget::of_process(&machine.0).map(|budget| (budget.runtime_ns, budget.period_ns));
+    assert_eq!(budget(), None, "no throttling");
+    machine.write("proc/sys/kernel/sched_rt_runtime_us", "950000\n");
+    machine.write("proc/sys/kernel/sched_rt_period_us", "1000000\n");
+    assert_eq!(budget(), Some((950_000_000, 1_000_000_000)));
+    machine.write("proc/self/cgroup", "4:cpu,cpuacct:/box\n0::/\n");
+    assert_eq!(budget(), Some((950_000_000, 1_000_000_000)), "no group scheduling");
+    machine.write("sys/fs/cgroup/cpu/box/cpu.rt_runtime_us", "80000\n");
+    machine.write("sys/fs/cgroup/cpu/box/cpu.rt_period_us", "100000\n");
+    assert_eq!(budget(), Some((80_000_000, 100_000_000)));
+    machine.write("sys/fs/cgroup/cpu/box/cpu.rt_runtime_us", "99000\n");
+    assert_eq!(budget(), Some((950_000_000, 1_000_000_000)), "the kernel allows less");
+    machine.write("proc/sys/kernel/sched_rt_runtime_us", "-1\n");
+    assert_eq!(budget(), None, "groups are not asked either");
 }
 
 #[test]
