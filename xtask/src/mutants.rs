@@ -38,6 +38,7 @@ const QUICK: Stage = Stage {
         "--test=errors",
         "--test=promises",
         "--test=properties",
+        "--test=warnings",
         "--test=differential",
     ],
     skipped: &["oracle::", "check::", "rng::", "runs::", "equal_options_"],

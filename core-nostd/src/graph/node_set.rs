@@ -101,6 +101,11 @@ pub(crate) fn bits(mut mask: u64) -> impl Iterator<Item = usize> + Clone {
     })
 }
 
+/// Of the bits that are set, some.
+pub(crate) fn those(mask: u64, wanted: impl FnMut(&usize) -> bool) -> u64 {
+    bits(mask).filter(wanted).fold(0, |set, bit| set | 1 << bit)
+}
+
 impl<C: Capacity> Empty for NodeSet<C> {
     const EMPTY: Self = Self(C::Words::EMPTY);
 }

@@ -11,7 +11,7 @@ mod heads;
 mod results;
 mod stop;
 
-use super::{Scheduler, bits};
+use super::{Scheduler, bits, those};
 use crate::capacity::{Capacity, Empty};
 use crate::time::Instant;
 use course::Course;
@@ -39,7 +39,7 @@ impl<C: Capacity> Forward<C> {
     /// Of some jobs, those that start a node before another one ends, in a pool that this one still needs.
     pub(super) fn in_the_way(&self, of: usize, among: u64) -> u64 {
         let meets = |slot: &usize| self.first[*slot] < self.end[of] && self.share_a_pool(of, *slot);
-        bits(among).filter(meets).fold(0, |set, slot| set | 1 << slot)
+        those(among, meets)
     }
 
     /// With who of the group is late, and how close the others are.

@@ -60,7 +60,7 @@ pub(crate) mod warning;
 
 use crate::capacity::{Capacity, Empty};
 use crate::config::{Config, Reassign};
-use crate::graph::node_set::bits;
+use crate::graph::node_set::{bits, those};
 use crate::policy::frame_cache::Output;
 use crate::time::{Duration, Instant};
 use action::Outcome;

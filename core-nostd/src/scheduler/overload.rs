@@ -10,7 +10,7 @@
 //! *Time bound.* A look runs at most 4 * [`MOST`] + [`Capacity::JOBS`] + 2 forward schedules.
 
 use super::standing::Standing;
-use super::{Scheduler, action::ShedReason, bits, forward::Forward, outlook::Case};
+use super::{Scheduler, action::ShedReason, bits, forward::Forward, outlook::Case, those};
 use crate::capacity::{Capacity, Empty};
 use crate::policy::floor::Floor;
 use crate::time::Instant;
@@ -52,7 +52,7 @@ impl<C: Capacity> Scheduler<C> {
         while let Some(x) = self.first_late(&forward, !kept) {
             is_doubtful |= stay != self.in_flight;
             let below = |slot: &usize| standings[*slot] < standings[x];
-            let lower = bits(forward.in_the_way(x, stay)).filter(below).fold(0, |set, slot| set | 1 << slot);
+            let lower = those(forward.in_the_way(x, stay), below);
             let is_needed = |y: usize| {
                 forward.share_a_pool(x, y) && self.can_end_in_time(&self.jobs[y], y, Case::Expected)
             };
@@ -61,8 +61,8 @@ impl<C: Capacity> Scheduler<C> {
                 && self.ends_in_time(x, stay & !lower)
             {
                 let rank = |slot: usize| standings[slot].map(|standing| standing.rank);
-                let equals = bits(lower & !(1 << least)).filter(|slot| rank(*slot) == rank(least));
-                let other = self.first_late(&forward, equals.fold(0, |set, slot| set | 1 << slot));
+                let equals = those(lower & !(1 << least), |slot| rank(*slot) == rank(least));
+                let other = self.first_late(&forward, equals);
                 let without = |slot: usize| (slot, self.forward(stay & !(1 << slot)));
                 let both = [Some(least), other].into_iter().flatten().map(without);
                 let (goes, next) =

@@ -1,0 +1,115 @@
+//! Early warning: who is going to miss its deadline is told of at once, with by how much and because of whom.
+
+use red_core::{
+    Action, BestCase, Caps, Config, Dag, Duration, Instant, Node, PoolId, Scheduler, TaskId, Timing, Warning,
+    Wcet,
+};
+
+type Robot = Scheduler<Caps<4, 4, 8, 4, 2>>;
+
+fn at(ms: u64) -> Instant {
+    Instant::from_nanos(ms * 1_000_000)
+}
+
+/// Two pools, the first with so many lanes and the second with one. Nobody is lost for certain before its deadline.
+fn robot(lanes: u8) -> (Robot, [PoolId; 2]) {
+    let config = Config { best_case: BestCase::Declared, ..Config::REDRT.with_lanes(lanes) };
+    let mut scheduler = Scheduler::new(config);
+    let second = scheduler.add_pool(1, None).expect("there is room");
+    (scheduler, [PoolId::default(), second])
+}
+
+/// A task of one node.
+fn add(scheduler: &mut Robot, pool: PoolId, wcet_ms: u64, deadline_ms: u64, value: u32) -> TaskId {
+    let mut dag = Dag::new();
+    dag.add_node(Node::new(Wcet::from_millis(wcet_ms)).in_pool(pool)).expect("it fits");
+    let timing = Timing::new(Duration::from_millis(deadline_ms)).value(value);
+    scheduler.add_task(&dag, timing).expect("there is room")
+}
+
+/// Releases a job. What is told of then, once all is decided.
+fn release(scheduler: &mut Robot, task: TaskId, ms: u64) -> Vec<(TaskId, u64, Option<TaskId>)> {
+    scheduler.release(task, at(ms)).expect("there is room");
+    while let Some(action) = scheduler.poll(at(ms)) {
+        assert!(matches!(action, Action::Dispatch(_) | Action::Ended(_)), "nobody asked for {action:?}");
+    }
+    let told: Vec<Warning> = std::iter::from_fn(|| scheduler.take_warning()).collect();
+    let micros = |by: Duration| by.as_nanos() / 1_000;
+    told.iter().map(|w| (w.task, micros(w.by), w.because.map(|(task, _)| task))).collect()
+}
+
+#[test]
+fn who_waits_too_long_for_a_lane_is_told_of_because_of_who_holds_it_for_the_longest_time() {
+    for (lanes, late_us) in [(1, 20_000), (2, 9_000)] {
+        let (mut scheduler, [first, second]) = robot(lanes);
+        let long = add(&mut scheduler, first, 31, 100, 1);
+        let shorter = add(&mut scheduler, first, 20, 100, 1);
+        let elsewhere = add(&mut scheduler, second, 60, 100, 1);
+        let short = add(&mut scheduler, first, 4, 10, 1);
+        assert_eq!(release(&mut scheduler, elsewhere, 0), []);
+        assert_eq!(release(&mut scheduler, long, 0), []);
+        if lanes == 2 {
+            assert_eq!(release(&mut scheduler, shorter, 0), []);
+        }
+        // A lane is free at 31 ms, or at 20 ms; it is due at 15 ms.
+        assert_eq!(release(&mut scheduler, short, 5), [(short, late_us, Some(long))], "{lanes} lanes");
+        assert_eq!(scheduler.take_warning(), None, "told once");
+    }
+}
+
+#[test]
+fn who_goes_is_told_of_because_of_whom_and_by_how_much_it_would_have_been_late() {
+    // The lane is busy until 2 ms. The lower one would be in time at 8 ms, and the higher one at 14 ms too late.
+    let (mut scheduler, [first, _]) = robot(1);
+    let before = add(&mut scheduler, first, 2, 100, 9);
+    let low = add(&mut scheduler, first, 6, 12, 1);
+    let high = add(&mut scheduler, first, 6, 13, 9);
+    assert_eq!(release(&mut scheduler, before, 0), []);
+    assert_eq!(release(&mut scheduler, low, 0), []);
+    assert_eq!(release(&mut scheduler, high, 0), [(low, 0, Some(high))]);
+    // Now the lower one comes later and would end at 14 ms.
+    let (mut scheduler, [first, _]) = robot(1);
+    let before = add(&mut scheduler, first, 2, 100, 9);
+    let high = add(&mut scheduler, first, 6, 12, 9);
+    let low = add(&mut scheduler, first, 6, 13, 1);
+    assert_eq!(release(&mut scheduler, before, 0), []);
+    assert_eq!(release(&mut scheduler, high, 0), []);
+    assert_eq!(release(&mut scheduler, low, 0), [(low, 1_000, Some(high))]);
+}
+
+#[test]
+fn who_is_late_by_its_own_work_is_told_of_because_of_nobody() {
+    let (mut scheduler, [first, second]) = robot(1);
+    let elsewhere = add(&mut scheduler, second, 60, 100, 1);
+    let late = add(&mut scheduler, first, 9, 4, 1);
+    assert_eq!(release(&mut scheduler, elsewhere, 0), []);
+    assert_eq!(release(&mut scheduler, late, 1), [(late, 5_000, None)]);
+}
+
+#[test]
+fn a_part_of_a_microsecond_is_told_as_a_whole_one() {
+    let (mut scheduler, _) = robot(1);
+    let mut dag = Dag::new();
+    dag.add_node(Node::new(Wcet::from_nanos(4_000_001))).expect("it fits");
+    let late = scheduler.add_task(&dag, Timing::new(Duration::from_millis(4))).expect("there is room");
+    assert_eq!(release(&mut scheduler, late, 0), [(late, 1, None)]);
+}
+
+#[test]
+fn who_never_ends_is_told_of_as_soon_as_its_last_lane_is_lost() {
+    let (mut scheduler, [first, second]) = robot(1);
+    let here = add(&mut scheduler, first, 3, 100, 1);
+    let busy = add(&mut scheduler, second, 3, 100, 1);
+    let late = add(&mut scheduler, second, 3, 100, 1);
+    scheduler.release(busy, at(0)).expect("there is room");
+    let Some(Action::Dispatch(started)) = scheduler.poll(at(0)) else { panic!("its lane is free") };
+    for task in [here, late] {
+        assert_eq!(release(&mut scheduler, task, 0), []);
+    }
+    scheduler.fail(started.unit, at(1)).expect("it runs");
+    assert!(scheduler.retire_lane(started.lane), "it runs nothing");
+    while scheduler.poll(at(1)).is_some() {}
+    let told = scheduler.take_warning().expect("the lane was its last");
+    assert_eq!((told.task, told.by.as_nanos(), told.deadline), (late, u64::MAX, at(100)));
+    assert_eq!(scheduler.take_warning(), None, "nobody else needs it");
+}
