@@ -1,8 +1,8 @@
 //! Early warning: who is going to miss its deadline is told of at once, with by how much and because of whom.
 
 use red_core::{
-    Action, BestCase, Caps, Config, Dag, Duration, Instant, Node, PoolId, Scheduler, TaskId, Timing, Warning,
-    Wcet,
+    Action, BestCase, Caps, Config, Contention, Dag, Duration, Instant, Node, PoolId, Scheduler, TaskId,
+    Timing, Warning, Wcet,
 };
 
 type Robot = Scheduler<Caps<4, 4, 8, 4, 2>>;
@@ -13,8 +13,11 @@ fn at(ms: u64) -> Instant {
 
 /// Two pools, the first with so many lanes and the second with one. Nobody is lost for certain before its deadline.
 fn robot(lanes: u8) -> (Robot, [PoolId; 2]) {
-    let config = Config { best_case: BestCase::Declared, ..Config::REDRT.with_lanes(lanes) };
-    let mut scheduler = Scheduler::new(config);
+    robot_of(Config::REDRT.with_lanes(lanes))
+}
+
+fn robot_of(config: Config) -> (Robot, [PoolId; 2]) {
+    let mut scheduler = Scheduler::new(Config { best_case: BestCase::Declared, ..config });
     let second = scheduler.add_pool(1, None).expect("there is room");
     (scheduler, [PoolId::default(), second])
 }
@@ -31,7 +34,10 @@ fn add(scheduler: &mut Robot, pool: PoolId, wcet_ms: u64, deadline_ms: u64, valu
 fn release(scheduler: &mut Robot, task: TaskId, ms: u64) -> Vec<(TaskId, u64, Option<TaskId>)> {
     scheduler.release(task, at(ms)).expect("there is room");
     while let Some(action) = scheduler.poll(at(ms)) {
-        assert!(matches!(action, Action::Dispatch(_) | Action::Ended(_)), "nobody asked for {action:?}");
+        assert!(
+            matches!(action, Action::Dispatch(_) | Action::Preempt(_) | Action::Ended(_)),
+            "nobody asked for {action:?}"
+        );
     }
     let told: Vec<Warning> = std::iter::from_fn(|| scheduler.take_warning()).collect();
     let micros = |by: Duration| by.as_nanos() / 1_000;
@@ -84,6 +90,41 @@ fn who_is_late_by_its_own_work_is_told_of_because_of_nobody() {
     let late = add(&mut scheduler, first, 9, 4, 1);
     assert_eq!(release(&mut scheduler, elsewhere, 0), []);
     assert_eq!(release(&mut scheduler, late, 1), [(late, 5_000, None)]);
+}
+
+#[test]
+fn who_gets_a_lane_by_preemption_is_not_told_of() {
+    for (is_atomic, preempt) in [(false, true), (true, true), (false, false)] {
+        let (mut scheduler, [first, _]) = robot_of(Config { preempt, ..Config::REDRT });
+        let mut dag = Dag::new();
+        let node = Node::new(Wcet::from_millis(31));
+        let node = if is_atomic { node.atomic(Contention::default()) } else { node };
+        dag.add_node(node).expect("it fits");
+        let long = scheduler.add_task(&dag, Timing::new(Duration::from_millis(100))).expect("there is room");
+        let short = add(&mut scheduler, first, 4, 10, 1);
+        assert_eq!(release(&mut scheduler, long, 0), []);
+        let told = (is_atomic || !preempt).then_some((short, 20_000, Some(long)));
+        assert_eq!(release(&mut scheduler, short, 5), Vec::from_iter(told), "{is_atomic} {preempt}");
+    }
+}
+
+#[test]
+fn what_nodes_took_of_late_counts_and_not_what_they_were_to_take() {
+    for (took_ms, told_us) in [(8, Some(2_000)), (2, None)] {
+        let (mut scheduler, [first, _]) = robot(1);
+        let other = add(&mut scheduler, first, 3, 100, 1);
+        let waits = add(&mut scheduler, first, 3, 9, 1);
+        for job in 0..8 {
+            scheduler.release(other, at(10 * job)).expect("there is room");
+            let Some(Action::Dispatch(started)) = scheduler.poll(at(10 * job)) else { panic!("it is free") };
+            scheduler.complete(started.unit, at(10 * job + took_ms)).expect("it runs");
+            while scheduler.poll(at(10 * job + took_ms)).is_some() {}
+        }
+        assert_eq!(release(&mut scheduler, other, 100), []);
+        // By their worst cases both end within 6 ms, and by the cheap bound within 9.
+        let told = told_us.map(|us| (waits, us, Some(other)));
+        assert_eq!(release(&mut scheduler, waits, 100), Vec::from_iter(told), "{took_ms} ms");
+    }
 }
 
 #[test]

@@ -24,6 +24,8 @@ impl<C: Capacity> Scheduler<C> {
     pub(super) fn look(&mut self) {
         (self.monitor.is_worse, self.monitor.looked) = (false, self.now);
         if let Some(laxity) = self.fits_by_far() {
+            debug_assert!(self.forward(self.in_flight).laxity >= laxity, "the bound is enough");
+            debug_assert!(self.forward(self.in_flight).late == 0, "the bound is enough");
             self.monitor.laxity = laxity;
             self.set_bands();
             return;
