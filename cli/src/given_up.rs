@@ -19,9 +19,9 @@ const ORDER: [ShedReason; 7] = [
 /// A reason in words. Who adds one adds it to `ORDER` too.
 const fn words(reason: ShedReason) -> &'static str {
     match reason {
-        ShedReason::Full => "no place for a 65th job, and it had the lowest rank",
+        ShedReason::Full => "no place for a 65th job",
         ShedReason::Hopeless => "not even its best case could end by the deadline",
-        ShedReason::Overload => "others would have been late beside it, and it had the lowest rank",
+        ShedReason::Overload => "another job would have been late beside it",
         ShedReason::Urgency => "lasting overload, and it had the lowest urgency",
         ShedReason::Late => "past its deadline",
         ShedReason::Fault => "one of its bodies failed",

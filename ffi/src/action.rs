@@ -11,7 +11,7 @@ pub enum red_shed {
     Not = 0,
     /// Not even its best case could end by the deadline.
     Hopeless = 1,
-    /// Others would have been late beside it, and it had the lowest rank.
+    /// Another job would have been late beside it.
     Overload = 2,
     /// Lasting overload under the paper's rule; it had the lowest urgency.
     Urgency = 3,

@@ -189,6 +189,8 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
                 let scheduler = &mut Recorder::new(scheduler, held.tape.as_mut());
                 // Read under the lock, so that time goes the way of the lock.
                 let now = Instant::from_nanos(shared.waiting.now());
+                // Before it is told that this lane took a turn.
+                self.saw_standstill(now.as_nanos());
                 shared.slots[self.number].turn(shared.waiting.origin_ns.saturating_add(now.as_nanos()));
                 let stood = shared.standstills.total_ns() - held.stood_ns;
                 if stood > 0 {

@@ -123,11 +123,13 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
         figures.units += 1;
         let (mut start, begin) = (None, shared.waiting.now());
         let within = |wcet_ns: u64| wcet_ns.saturating_mul(BOUND_TIMES).saturating_add(BOUND_PLUS_NS);
-        let bound = begin.saturating_add(within(work.wcet_ns)).saturating_add(within(wait_ns));
+        let bound_ns = within(work.wcet_ns).saturating_add(within(wait_ns));
+        let bound = begin.saturating_add(bound_ns);
+        let stood_before = shared.standstills.total_ns();
         // The handler's calls are the host's, and may hang as bodies do.
-        let patience =
-            shared.waiting.origin_ns.saturating_add(bound.saturating_mul(2)).saturating_add(BOUND_PLUS_NS);
-        let armed = shared.slots[*number].arm(patience);
+        let patience_ns = bound_ns.saturating_mul(2).saturating_add(BOUND_PLUS_NS);
+        let started = shared.waiting.origin_ns.saturating_add(begin).saturating_sub(stood_before);
+        let armed = shared.slots[*number].arm(started.saturating_add(patience_ns));
         let spin_until = begin.saturating_add(shared.waiting.spin_ns());
         let mut called = false;
         let (ok, mut leaves) = loop {
@@ -148,7 +150,7 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
                 Progress::Runs if start.is_none() => start = Some(now),
                 _ => {}
             }
-            if now >= bound {
+            if now >= bound.saturating_add(shared.standstills.total_ns() - stood_before) {
                 stream.quarantine();
                 let (task, node, job) = (work.task.index(), work.node, work.job);
                 figures.stream_hangs.push(StreamHang { lane: *number, task, node, job });

@@ -5,8 +5,8 @@
 //! whatever its value. See sched(7) and the kernel's `sched-rt-group.rst`.
 //! *Rule.* A leaky bucket: what a lane uses of its CPU flows in, and a little less than what the kernel allows flows out. After
 //! a body that makes it overflow the lane sleeps until it does no more.
-//! *Why it holds.* In no time of a period's length is more used than flows out and the bucket holds, whenever the
-//! kernel's periods begin. A body that runs for as long as the kernel allows is stopped all the same.
+//! *Why it holds.* In no time of a period's length is more used than flows out, the bucket holds, and one body makes it overflow
+//! by; whenever the kernel's periods begin. By the usual limit that is enough for bodies of up to 80 ms.
 //! *Cost.* By the usual limit a lane that is always busy runs for 94 % of the time, in slices; one that idles for 6 % of any
 //! 80 ms never rests.
 

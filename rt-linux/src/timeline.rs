@@ -11,8 +11,8 @@ pub trait Host<C: Capacity>: Send {
         None
     }
 
-    /// Graph edits that are due; called at every turn, before the releases of the same instant and after jobs
-    /// ended.
+    /// Graph edits that are due; called at every turn, before the releases of the same instant and before what ended with
+    /// this turn is told: it came while that ran.
     fn due(&mut self, scheduler: &mut Recorder<'_, C>, now: Instant) {
         let _unused = (scheduler, now);
     }

@@ -81,8 +81,8 @@ pub fn simulate_in(
 }
 
 /// Simulates a workload whose releases and execution times are those of a run, and whose bodies fail where they did
-/// in it; it had no `[sync]` grid, so this has none. `options` may ask for what was otherwise
-/// in it. Its seed and execution-time model have no meaning here. With the report come the nodes, as `task.node`, that
+/// in it; it had no `[sync]` grid, so this has none. `options` may have
+/// another policy than that run. Its seed and execution-time model have no meaning here. With the report come the nodes, as `task.node`, that
 /// took their WCET because the run never executed them.
 ///
 /// # Errors

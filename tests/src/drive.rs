@@ -2,7 +2,7 @@
 
 use red_core::{
     Action, CommitError, Config, Dispatch, Empty, Event, Instant, Outcome, ReleaseError, Scheduler, TaskId,
-    UnitId,
+    UnitId, Warning,
 };
 use red_sim::Lab;
 use red_workload::build::{self, Plan};
@@ -29,6 +29,8 @@ pub trait Watch {
     fn quiet(&mut self, _scheduler: &Scheduler<Lab>, _now: u64) {}
     /// A job ended.
     fn ended(&mut self, _outcome: &Outcome) {}
+    /// A job will be late, as is known now.
+    fn warned(&mut self, _warning: &Warning) {}
 }
 
 /// A watcher that does not look.
@@ -116,6 +118,9 @@ impl Drive {
                     Action::Ended(outcome) => self.end(&outcome, watch),
                     other => panic!("nobody asked for {other:?}"),
                 }
+            }
+            while let Some(warning) = self.scheduler.take_warning() {
+                watch.warned(&warning);
             }
             // Else a host that sleeps until then would never sleep.
             assert!(self.scheduler.poll_at().is_none_or(|next| next > at), "poll leaves nothing due");

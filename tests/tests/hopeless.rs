@@ -1,8 +1,8 @@
 //! Who is lost for certain, and when that is found: of those who wait for an encoder of their frame above all.
 
 use red_core::{
-    Action, BestCase, Caps, Config, Dag, Duration, Frame, Instant, Node, Scheduler, ShedReason, TaskId,
-    Timing, UnitId, Wcet,
+    Action, BestCase, Caps, Config, Dag, Duration, Frame, Instant, LaneId, Node, Scheduler, ShedReason,
+    TaskId, Timing, UnitId, Wcet,
 };
 use red_sim::{Execution, Options, simulate};
 use red_tests::oracle;
@@ -180,6 +180,24 @@ fn any_event_finds_who_is_lost() {
                 assert_eq!(found, expected, "{what} at {ms} ms, {best_case:?}");
             }
         }
+    }
+}
+
+#[test]
+fn a_lane_that_is_lost_counts_for_the_jobs_to_come() {
+    for (is_lost, expected) in [(false, vec![]), (true, vec![ShedReason::Hopeless])] {
+        let mut scheduler = robot(BestCase::Declared, 2);
+        let mut dag = Dag::new();
+        for _ in 0..2 {
+            let node = Node::new(Wcet::from_millis(10)).best_case(Duration::from_millis(10));
+            dag.add_node(node).expect("it fits");
+        }
+        let task = scheduler.add_task(&dag, Timing::new(Duration::from_millis(15))).expect("there is room");
+        if is_lost {
+            assert!(scheduler.retire_lane(LaneId::new(1)));
+        }
+        scheduler.release(task, at(5)).expect("there is room");
+        assert_eq!(given_up(&mut scheduler, task, at(5)), expected);
     }
 }
 

@@ -19,7 +19,7 @@ fn reasons_are_counted_and_explained_once() {
     );
     assert_eq!(
         by_task(&[full, none.clone(), late]),
-        "  a gave up: full 2, hopeless 1\n  c gave up: full 1\n  full: no place for a 65th job, and it had the lowest rank\n  \
+        "  a gave up: full 2, hopeless 1\n  c gave up: full 1\n  full: no place for a 65th job\n  \
          hopeless: not even its best case could end by the deadline"
     );
     assert_eq!(by_task(&[none]), "");

@@ -4,7 +4,7 @@
 use super::drift::Costs;
 use super::faults::Faults;
 use red_core::{
-    Capacity, CommitError, Duration, Event, EventKind, Instant, JobId, Outcome, ReleaseError, TaskId,
+    Capacity, CommitError, Duration, Event, EventKind, Instant, JobId, Outcome, ReleaseError, TaskId, Warning,
 };
 use red_record::Recorder;
 use red_rt::timeline::Host;
@@ -172,6 +172,12 @@ impl<C: Capacity> Host<C> for Notes {
         }
     }
 
+    fn warned(&mut self, warning: &Warning, now: Instant) {
+        if let Some(log) = self.logs.get_mut(warning.task.index()) {
+            log.warned(warning.index, now.as_nanos());
+        }
+    }
+
     fn event(&mut self, event: &Event) {
         self.faults.event(event);
         self.live.drifted.store(self.costs.event(event), Ordering::Relaxed);
@@ -184,11 +190,6 @@ impl<C: Capacity> Host<C> for Notes {
             }
             EventKind::Completed => lane().into_iter().for_each(|l| l.store(0, Ordering::Relaxed)),
             _ => {}
-        }
-        if event.kind == EventKind::Warned
-            && let Some(log) = self.logs.get_mut(event.task.index())
-        {
-            log.warned(event.job, event.at.as_nanos());
         }
         if self.events.len() < self.events.capacity() {
             self.events.push(*event);

@@ -67,7 +67,7 @@ crate::capacity::values! {
     pub enum ShedReason {
         /// Not even its best case could end by the deadline.
         Hopeless = 1,
-        /// Others would have been late beside it, and it had the lowest rank.
+        /// Another job would have been late beside it.
         Overload,
         /// Lasting overload under the paper's rule; it had the lowest urgency.
         Urgency,

@@ -73,12 +73,12 @@ impl<C: Capacity> Scheduler<C> {
     /// The forward schedule of a group of jobs in flight, a bit each.
     #[cold]
     pub(super) fn forward(&self, group: u64) -> Forward<C> {
-        Course::new(self, group, Forward::NEW).run()
+        Course::new(self, group).run()
     }
 
     /// Whether a job of a group ends by its deadline in the group's forward schedule. Time bound: as that, or less.
     #[cold]
     pub(super) fn ends_in_time(&self, slot: usize, group: u64) -> bool {
-        Course::new(self, group, Forward::NEW).ends_in_time(slot)
+        Course::new(self, group).ends_in_time(slot)
     }
 }

@@ -25,7 +25,7 @@
 //! | `release` | O(nodes) |
 //! | `complete`, `poll` | O(successors + log jobs); with encoders O(jobs * encoders) |
 //! | `poll` when a job may be lost, at ticks, and under re-assignment | O(jobs * (nodes + edges)) |
-//! | `poll` when the outlook may have become worse | 33 forward schedules, each O(jobs * nodes * (jobs + lanes)) |
+//! | `poll` when the outlook may have become worse | 66 + jobs forward schedules, each O(jobs * nodes * (jobs + lanes)) |
 //! | `commit` | O(nodes log nodes + edges) |
 
 pub(crate) mod action;

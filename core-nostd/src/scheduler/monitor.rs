@@ -17,7 +17,7 @@ crate::capacity::stored! {
     pub(super) struct Monitor {
         /// When a lane that is left idle is asked for again.
         pub(super) wake: Instant,
-        /// When it was last looked at.
+        /// When the forward schedule was last looked at.
         pub(super) looked: Instant,
         /// The least time that a job in flight had left then, in nanoseconds.
         pub(super) laxity: u64,

@@ -1,8 +1,8 @@
 //! Overload: who is given up so that others end in time.
 //!
 //! *Rule.* The first job x of the forward schedule that is late is looked at beside all that start a node before it
-//! ends, where it needs lanes too. If x were in time without those below it, the least of these goes, or one of its rank
-//! that is late where that leaves fewer late. Otherwise x goes where another, which could be in time, is late beside it;
+//! ends, where it needs lanes too. If x were in time without those below it, the least of these goes, or another of the least's
+//! rank that is late, where fewer are late without that one. Otherwise x goes where another, which could be in time, is late beside it;
 //! and where none is, x stays: it costs nobody anything, and so do estimates recover. The schedule is run again. Of
 //! several that went, those come back that need not be gone.
 //! *Why it holds.* What goes is below x and saves it, or is late itself. So a job is late because of lower ranks only
@@ -36,9 +36,7 @@ impl<C: Capacity> Scheduler<C> {
         self.monitor.laxity = laxity;
         self.note_warnings(warned);
         let gone = self.in_flight & !stay;
-        if gone.count_ones() >= MOST {
-            self.monitor.is_worse = true;
-        }
+        self.monitor.is_worse &= gone != 0;
         bits(gone).for_each(|slot| self.end_job(slot, Some(ShedReason::Overload)));
     }
 
@@ -50,6 +48,7 @@ impl<C: Capacity> Scheduler<C> {
         self.slots()
             .for_each(|slot| standings[slot] = Some(self.standing(slot, self.floor_of(&self.jobs[slot]))));
         let (mut stay, mut kept, mut is_doubtful) = (self.in_flight, 0, false);
+        let known = those(self.in_flight, |slot| self.is_warned_of(*slot));
         // Each round keeps a job or lets one go. Either is lost to its task.
         while let Some(x) = self.first_late(&forward, !kept) {
             is_doubtful |= stay != self.in_flight;
@@ -82,6 +81,7 @@ impl<C: Capacity> Scheduler<C> {
                 forward = next;
             }
             if (self.in_flight & !stay).count_ones() >= MOST {
+                self.monitor.is_worse = true;
                 break;
             }
             let task = self.jobs[loses].task;
@@ -97,7 +97,9 @@ impl<C: Capacity> Scheduler<C> {
             let back = self.forward(stay | 1 << slot);
             if back.late & !kept == 0 {
                 (stay, forward) = (stay | 1 << slot, back);
-                self.withdraw_warning(slot);
+                if (known | kept) >> slot & 1 == 0 {
+                    self.withdraw_warning(slot);
+                }
             }
         }
         (stay, forward.laxity)

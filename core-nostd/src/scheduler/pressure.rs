@@ -3,19 +3,19 @@
 //! *Background.* EDF lets a lower job run while a higher one can wait. Where more comes, the higher one lacks that time
 //! later, and giving the lower one up then gives nothing back. Going by rank always would lose what EDF can carry.
 //! *Rule.* There is pressure for twice the longest relative deadline after a look at which somebody was late by keys alone.
-//! While it lasts, jobs go by band and then by key. Those above all values of which anything was lost of late are one
-//! band: it can do without, as nothing of it is lost. Those below follow by rank. What has started of a task is not
-//! overtaken for its floor's sake: it would have run for nothing.
+//! While it lasts, jobs go by band and then by key. Jobs that are worth more than every task that lost a job of late are one band:
+//! nothing of them is lost, so that they need no order by rank. Those below follow by rank. A job that has started counts as
+//! owed where its task's floor cannot spare another one: what was overtaken for that would have run for nothing.
 //! *Why it ends.* Whether there is pressure is asked of the keys alone, so that what ranks make late does not prolong it
 //! once those jobs went.
 
-use super::{Scheduler, forward::Forward, jobs::Job, standing::Rank};
+use super::{Scheduler, bits, forward::Forward, jobs::Job, standing::Rank, those};
 use crate::capacity::{Capacity, Empty};
 use crate::time::{Duration, Instant};
 
 impl<C: Capacity> Scheduler<C> {
     /// The forward schedule of all in flight, when pressure and bands are up to date. Time bound: two of these, and
-    /// O(jobs * (jobs + nodes + edges)), with floors O(jobs * jobs * k).
+    /// O(jobs * (jobs + nodes + edges)), with floors O(jobs * k) more.
     pub(super) fn forward_by_band(&mut self) -> Forward<C> {
         let before = self.monitor.pressed;
         // By keys alone. Queues follow in `set_bands`.
@@ -47,7 +47,9 @@ impl<C: Capacity> Scheduler<C> {
             let level = lost.map(|timing| timing.value).max();
             let first = self.slots().next().map(|slot| self.jobs[slot].task);
             if self.slots().any(|slot| Some(self.jobs[slot].task) != first) {
-                self.slots().for_each(|slot| ranks[slot] = Some(self.band_rank(slot, level)));
+                let is_owed = |job: &Job<C>| !self.floor_of(job).spares(job.index);
+                let owed = those(self.in_flight, |slot| is_owed(&self.jobs[*slot]));
+                self.slots().for_each(|slot| ranks[slot] = Some(self.band_rank(slot, owed, level)));
             }
         } else {
             self.monitor.pressed = Instant::ZERO;
@@ -64,11 +66,10 @@ impl<C: Capacity> Scheduler<C> {
 
     /// What orders bands: the rank, with what has started as owed as what its floor needs of its task; above the level
     /// all are alike.
-    fn band_rank(&self, slot: usize, level: Option<u32>) -> (bool, bool, u32) {
+    fn band_rank(&self, slot: usize, owed: u64, level: Option<u32>) -> (bool, bool, u32) {
         let job = &self.jobs[slot];
-        let is_owed = |job: &Job<C>| !self.floor_of(job).spares(job.index);
-        let mut own = self.slots().map(|slot| &self.jobs[slot]).filter(|other| other.task == job.task);
-        let is_owed = is_owed(job) || job.started && own.any(is_owed);
+        let is_owed =
+            owed >> slot & 1 != 0 || job.started && bits(owed).any(|other| self.jobs[other].task == job.task);
         let Rank { has_chance, value, .. } = self.rank(job, slot, self.floor_of(job));
         let is_safe = has_chance && (is_owed || Some(value) > level);
         if is_safe { (true, true, u32::MAX) } else { (has_chance, is_owed, value) }

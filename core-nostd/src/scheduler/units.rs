@@ -187,7 +187,7 @@ impl<C: Capacity> Scheduler<C> {
     }
 
     /// Takes an idle lane out of its pool, because its thread is lost; `false` if something runs or waits on it or there
-    /// is no such lane. A pool without lanes starts nothing.
+    /// is no such lane. A pool without lanes starts nothing. Time bound: O(tasks * pools).
     pub fn retire_lane(&mut self, lane: LaneId) -> bool {
         let l = lane.index();
         let idle = l < self.lanes() && !self.lanes[l].is_busy() && self.promised >> l & 1 == 0;
@@ -195,6 +195,11 @@ impl<C: Capacity> Scheduler<C> {
             let pool = &mut self.pools[usize::from(self.lanes[l].pool)];
             pool.free &= !(1 << l);
             pool.lanes &= !(1 << l);
+            let lanes = self.lanes_by_pool();
+            for task in self.tasks.as_mut() {
+                let due = task.timing.deadline;
+                task.versions.iter_mut().for_each(|version| version.bound_slack(lanes.as_ref(), due));
+            }
             self.worsened();
         }
         idle

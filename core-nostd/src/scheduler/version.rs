@@ -84,9 +84,15 @@ impl<C: Capacity> Version<C> {
         for (i, node) in levels.places().enumerate() {
             new.topological[i] = rank_of[node];
         }
-        let share = |pool: usize| new.work[pool].div_ceil(lanes[pool].max(1).into());
-        let least = (0..C::POOLS).map(share).fold(levels.critical_path(), u64::max);
-        new.slack = due.as_nanos().cast_signed().saturating_sub_unsigned(least);
+        new.slack = due.as_nanos().cast_signed().saturating_sub_unsigned(levels.critical_path());
+        new.bound_slack(lanes, due);
+    }
+
+    /// Bounds what a job has to spare by its work on so many lanes of each pool. Time bound: O(pools).
+    pub(super) fn bound_slack(&mut self, lanes: &[u8], due: Duration) {
+        let share = |pool: usize| self.work[pool].div_ceil(lanes[pool].max(1).into());
+        let least = (0..C::POOLS).map(share).fold(0, u64::max);
+        self.slack = self.slack.min(due.as_nanos().cast_signed().saturating_sub_unsigned(least));
     }
 
     /// The least time in which a job can end on all lanes, at WCET, in nanoseconds.

@@ -19,8 +19,9 @@ crate::capacity::values! {
         pub index: u64,
         /// When it is due.
         pub deadline: Instant,
-        /// How long after that it would end, by the estimates of now, in whole microseconds. 0: it would not be late, but goes so that the
-        /// other job is in time.
+        /// How long after that it would end, by the estimates of now, and where it is lost for certain by best cases; in whole
+        /// microseconds, rounded up. The longest time: it never ends, or more than an hour later. 0: it would not be late, but
+        /// goes so that the other job is in time.
         pub by: Duration,
         /// Task and index of the job that takes the lanes it needs. `None`: it is late on its own.
         pub because: Option<(TaskId, u64)>,
@@ -79,13 +80,18 @@ impl<C: Capacity> Scheduler<C> {
 
     /// A job will end so late because of another one, unless that was known.
     pub(super) fn warn(&mut self, slot: usize, by: u64, because: Option<usize>) {
-        if self.jobs[slot].late.is_known {
+        if self.is_warned_of(slot) {
             return;
         }
         let by = u32::try_from(by.div_ceil(1_000)).unwrap_or(u32::MAX);
         self.jobs[slot].late =
             Late { by, because: because.map_or(0, |cause| cause as u8 + 1), is_known: true };
         self.warnings |= 1 << slot;
+    }
+
+    /// Whether it was told, or is to be told, that a job will be late.
+    pub(super) fn is_warned_of(&self, slot: usize) -> bool {
+        self.jobs[slot].late.is_known
     }
 
     /// A job need not go after all.

@@ -2,6 +2,7 @@
 
 mod clock;
 mod sets;
+mod told;
 
 use red_workload::metrics::JobEnd;
 use red_workload::policy::Policy;

@@ -52,7 +52,7 @@ pub(super) struct Course<'a, C: Capacity> {
 
 impl<'a, C: Capacity> Course<'a, C> {
     /// At its beginning, with nobody's end known.
-    pub(super) fn new(scheduler: &'a Scheduler<C>, group: u64, forward: Forward<C>) -> Self {
+    pub(super) fn new(scheduler: &'a Scheduler<C>, group: u64) -> Self {
         let has_encoders = |slot: usize| !scheduler.version(slot).encoders.is_empty();
         let mut new = Self {
             scheduler,
@@ -64,7 +64,7 @@ impl<'a, C: Capacity> Course<'a, C> {
             busy: 0,
             stopped: Empty::EMPTY,
             shares: scheduler.config.frame_cache && bits(group).any(has_encoders),
-            forward,
+            forward: Forward::NEW,
         };
         new.set_out();
         new
