@@ -2,7 +2,8 @@
 //!
 //! *Background.* EDF lets a lower job run while a higher one can wait. Where more comes, the higher one lacks that time
 //! later, and giving the lower one up then gives nothing back. Going by rank always would lose what EDF can carry.
-//! *Rule.* There is pressure for twice the longest relative deadline after a look at which somebody was late by keys alone.
+//! *Rule.* There is pressure for twice the longest relative deadline after a look at which somebody was late by keys alone, but for no
+//! more than 16 times the longest of the late ones: a task that has hours does not keep ranks in front for hours.
 //! While it lasts, jobs go by band and then by key. Jobs that are worth more than every task that lost a job of late are one band:
 //! nothing of them is lost, so that they need no order by rank. Those below follow by rank. A job that has started counts as
 //! owed where its task's floor cannot spare another one: what was overtaken for that would have run for nothing.
@@ -23,8 +24,9 @@ impl<C: Capacity> Scheduler<C> {
         let forward = self.forward(self.in_flight);
         if forward.late != 0 {
             let time = |slot: usize| self.jobs[slot].deadline.since(self.jobs[slot].release);
-            let longest = self.slots().map(time).max().unwrap_or_default().as_nanos();
-            let until = self.now.saturating_add(Duration::from_nanos(longest.saturating_mul(2)));
+            let longest = |jobs: u64| bits(jobs).map(time).max().unwrap_or_default().as_nanos();
+            let time = longest(self.in_flight).min(longest(forward.late).saturating_mul(8));
+            let until = self.now.saturating_add(Duration::from_nanos(time.saturating_mul(2)));
             self.monitor.pressed = before.max(until);
         }
         if self.set_bands() { self.forward(self.in_flight) } else { forward }

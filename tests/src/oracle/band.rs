@@ -21,9 +21,13 @@ impl Sim<'_> {
             job.band = Band::Lowest;
         }
         let all: Vec<usize> = (0..self.jobs.len()).collect();
-        if self.forward(&all, now).iter().any(|fate| self.is_late(fate)) {
-            let longest = self.jobs.iter().map(|job| job.due - i128::from(job.release)).max().unwrap_or(0);
-            self.pressure_until = self.pressure_until.max(i128::from(now) + 2 * longest);
+        let fates = self.forward(&all, now);
+        let relative = |job: &Job| job.due - i128::from(job.release);
+        let late = fates.iter().filter(|fate| self.is_late(fate)).map(|fate| relative(&self.jobs[fate.job]));
+        if let Some(longest_late) = late.max() {
+            let longest = self.jobs.iter().map(relative).max().unwrap_or(0);
+            let time = (2 * longest).min(16 * longest_late);
+            self.pressure_until = self.pressure_until.max(i128::from(now) + time);
         }
         if i128::from(now) < self.pressure_until {
             let level = self.level();
