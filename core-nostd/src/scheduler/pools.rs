@@ -121,6 +121,15 @@ impl<C: Capacity> Scheduler<C> {
         there
     }
 
+    /// Bounds what jobs to come have to spare by the lanes that are left. Time bound: O(tasks * pools).
+    pub(super) fn bound_slack(&mut self) {
+        let lanes = self.lanes_by_pool();
+        for task in self.tasks.as_mut() {
+            let due = task.timing.deadline;
+            task.versions.iter_mut().for_each(|version| version.bound_slack(lanes.as_ref(), due));
+        }
+    }
+
     /// Ends a job that needs a pool which was lost.
     #[cold]
     pub(super) fn end_if_lost(&mut self, slot: usize) {

@@ -195,11 +195,7 @@ impl<C: Capacity> Scheduler<C> {
             let pool = &mut self.pools[usize::from(self.lanes[l].pool)];
             pool.free &= !(1 << l);
             pool.lanes &= !(1 << l);
-            let lanes = self.lanes_by_pool();
-            for task in self.tasks.as_mut() {
-                let due = task.timing.deadline;
-                task.versions.iter_mut().for_each(|version| version.bound_slack(lanes.as_ref(), due));
-            }
+            self.bound_slack();
             self.worsened();
         }
         idle

@@ -4,8 +4,10 @@ mod clock;
 mod sets;
 mod told;
 
+use red_sim::{Execution, Options, simulate};
 use red_workload::metrics::JobEnd;
 use red_workload::policy::Policy;
+use red_workload::{Format, parse};
 use sets::{Set, Task, Times, Wish};
 
 const SECOND_NS: u64 = 1_000_000_000;
@@ -129,33 +131,41 @@ fn none_of_equals_gets_nothing() {
 /// Nor does a task that has an hour keep it in mind.
 #[test]
 fn a_task_with_time_does_not_make_a_burst_last() {
-    let task = |name: &str, value, period_ms: u64, deadline_ms: u64, wcet_ms: u64, until_ns| Task {
-        name: name.to_owned(),
-        value,
-        floor: None,
-        period_ns: period_ms * 1_000_000,
-        deadline_ns: deadline_ms * 1_000_000,
-        nodes: vec![(wcet_ms * 1_000_000, vec![])],
-        jitter: false,
-        seed: 1,
-        until_ns,
+    let task = |name: &str, rest: &str| format!("[[task]]\nname = '{name}'\n{rest}\n");
+    let node = |name: &str, ms: u64, after: &str| {
+        format!("[[task.node]]\nname = '{name}'\nwcet = '{ms}ms'\nafter = [{after}]\n")
     };
+    let upload: String = (0..100)
+        .map(|nth: usize| {
+            let after = nth.checked_sub(1).map(|before| format!("'n{before}'")).unwrap_or_default();
+            node(&format!("n{nth}"), 1, &after)
+        })
+        .collect();
     // `low` is in time by deadline, and every other time late if what is worth more goes first.
-    let high = task("high", 10, 20, 20, 6, u64::MAX);
-    let low = task("low", 1, 10, 8, 4, u64::MAX);
-    let burst = task("burst", 10, 20, 20, 9, SECOND_NS / 10);
-    let chain = (0..100).map(|nth: usize| (1_000_000, nth.checked_sub(1).into_iter().collect()));
-    let upload = Task { nodes: chain.collect(), ..task("upload", 1, 3_600_000, 3_600_000, 0, u64::MAX) };
-    let set = Set { lanes: 1, times: Times::Wcet, tasks: vec![high, low, burst, upload] };
-    let report = set.run(Policy::Redrt, 4 * SECOND_NS);
-    let is_late = |job: &&JobEnd| job.shed.is_some() || job.at_ns.is_none_or(|at| at > job.deadline_ns);
-    let late = |from_s: u64| {
-        let times = from_s * SECOND_NS..3 * SECOND_NS;
-        let jobs = report.jobs[..3].iter().flatten().filter(|job| times.contains(&job.release_ns));
-        jobs.filter(is_late).count()
+    let text = [
+        "[[pool]]\nname = 'cpu'\nlanes = 1\n".to_owned(),
+        task("high", "period = '20ms'\ndeadline = '20ms'\nvalue = 10"),
+        node("n", 6, ""),
+        task("low", "period = '10ms'\ndeadline = '8ms'"),
+        node("n", 4, ""),
+        task("burst", "once = true\ndeadline = '20ms'\nvalue = 10"),
+        node("n", 9, ""),
+        task("upload", "once = true\ndeadline = '3600s'\nvalue = 1000"),
+        upload,
+    ]
+    .concat();
+    let workload = parse(text.as_bytes(), Format::Toml, "upload.toml").unwrap_or_else(|e| panic!("{e}"));
+    let options = Options {
+        policy: Policy::Redrt,
+        horizon_ns: 4 * SECOND_NS,
+        seed: 1,
+        execution: Execution::Wcet,
+        preempt: false,
+        schedule: true,
     };
-    assert!(late(0) > 0, "the burst is felt");
-    assert_eq!(late(1), 0, "{report:?}");
+    let sheds = simulate(&workload, &options).expect("the tasks fit").sheds.unwrap_or_default();
+    let last_ns = sheds.iter().map(|shed| shed.at_ns).max();
+    assert!(last_ns.is_some_and(|last_ns| last_ns < SECOND_NS), "felt, and over: {sheds:?}");
 }
 
 /// A burst that is over leaves nothing behind: who fits is on time again.
