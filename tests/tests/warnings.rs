@@ -60,7 +60,11 @@ fn who_waits_too_long_for_a_lane_is_told_of_because_of_who_holds_it_for_the_long
         // A lane is free at 31 ms, or at 20 ms; it is due at 15 ms.
         assert_eq!(release(&mut scheduler, short, 5), [(short, late_us, Some(long))], "{lanes} lanes");
         assert_eq!(scheduler.take_warning(), None, "told once");
-        assert_eq!(scheduler.jobs_in_flight(), 2 + usize::from(lanes), "nobody is in time without it: it stays");
+        assert_eq!(
+            scheduler.jobs_in_flight(),
+            2 + usize::from(lanes),
+            "nobody is in time without it: it stays"
+        );
     }
 }
 

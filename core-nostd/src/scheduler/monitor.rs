@@ -140,11 +140,10 @@ impl<C: Capacity> Scheduler<C> {
             }
             let due = job.deadline.as_nanos();
             let end = |case| self.now.as_nanos().saturating_add(self.bound(job, slot, case));
-            let ends = [Case::Worst, Case::Best].map(end);
-            let spare = ends.into_iter().find_map(|end| due.checked_sub(end));
+            let spare = [Case::Worst, Case::Best].into_iter().find_map(|case| due.checked_sub(end(case)));
             if spare.is_none() {
                 doomed |= 1 << slot;
-                self.warn(slot, ends[1].saturating_sub(due), None);
+                self.warn(slot, end(Case::Best).saturating_sub(due), None);
             }
             let latest = self.now.saturating_add(Duration::from_nanos(spare.unwrap_or_default()));
             self.jobs[slot].at = latest.saturating_add(NEXT);
