@@ -631,7 +631,7 @@ enum red_shed
    */
   RED_SHED_HOPELESS = 1,
   /**
-   * Others would have been late beside it, and it had the lowest rank.
+   * Another job would have been late beside it.
    */
   RED_SHED_OVERLOAD = 2,
   /**

@@ -128,7 +128,6 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
         self.saw_standstill(end);
         let stood = shared.standstills.total_ns() - stood;
         let took = end.saturating_sub(start).saturating_sub(stood);
-        self.figures.nodes_missed += u64::from(end > work.sub_deadline_ns);
         self.figures.busy_ns += took;
         self.figures.overruns += u64::from(took > work.wcet_ns);
         let ok = matches!(result, Ok(Ok(())));
@@ -143,13 +142,18 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
         }
         // The message was the body's.
         arm(true);
-        if !self.is_kept(armed) {
-            return None;
-        }
-        let Some(rests) = &mut self.rests else { return Some((ok, end)) };
+        let is_kept = self.is_kept(armed);
         // Before the report: a lane that rests is not to be given anything.
-        rests.rest(shared.waiting.origin_ns.saturating_add(end));
-        Some((ok, shared.waiting.now()))
+        let end = if is_kept { self.rested(end) } else { end };
+        self.figures.nodes_missed += u64::from(end > work.sub_deadline_ns);
+        is_kept.then_some((ok, end))
+    }
+
+    /// Rests after a body that ended at `end`, if it is time for it. When that is over.
+    fn rested(&mut self, end: u64) -> u64 {
+        let Some(rests) = &mut self.rests else { return end };
+        rests.rest(self.shared.waiting.origin_ns.saturating_add(end));
+        self.shared.waiting.now()
     }
 
     /// Counts a standstill that ends now, unless the watchdog did.
