@@ -22,8 +22,7 @@ pub fn now_ns() -> u64 {
 /// # Panics
 ///
 /// On a kernel without `CLOCK_THREAD_CPUTIME_ID`, which Linux has had since 2.6.12.
-#[must_use]
-pub fn thread_ns() -> u64 {
+pub(crate) fn thread_ns() -> u64 {
     let used = clock_gettime(ClockId::CLOCK_THREAD_CPUTIME_ID)
         .expect("every supported Linux has CLOCK_THREAD_CPUTIME_ID");
     used.tv_sec().unsigned_abs() * 1_000_000_000 + used.tv_nsec().unsigned_abs()

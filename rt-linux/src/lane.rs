@@ -62,7 +62,7 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
     /// Until the run stops, or this thread was replaced.
     pub(crate) fn run(&mut self, mut sleeper: Sleeper) {
         let waiting = &self.shared.waiting;
-        let armed = self.watched(waiting.now(), BOUND_OF_BEGIN_NS);
+        let armed = self.shared.watched(self.number, waiting.now(), BOUND_OF_BEGIN_NS);
         self.handler.begin(waiting.origin_ns);
         if !self.is_kept(armed) {
             return;
@@ -121,7 +121,7 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
         self.figures.dispatched(start.saturating_sub(work.since_ns));
         self.figures.units += 1;
         let bound = work.wcet_ns.saturating_mul(BOUND_TIMES).saturating_add(BOUND_PLUS_NS);
-        let (armed, stood) = (self.watched(start, bound), shared.standstills.total_ns());
+        let (armed, stood) = (shared.watched(self.number, start, bound), shared.standstills.total_ns());
         arm(false);
         let result = caught(|| self.handler.run(work));
         let end = shared.waiting.now();
@@ -152,8 +152,8 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
     /// Rests after a body that ended at `end`, if it is time for it. When that is over.
     fn rested(&mut self, end: u64) -> u64 {
         let Some(rests) = &mut self.rests else { return end };
-        rests.rest(self.shared.waiting.origin_ns.saturating_add(end));
-        self.shared.waiting.now()
+        let slept = rests.rest(self.shared.waiting.origin_ns.saturating_add(end));
+        if slept { self.shared.waiting.now() } else { end }
     }
 
     /// Counts a standstill that ends now, unless the watchdog did.
@@ -173,13 +173,6 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
             let _unchanged = best_effort();
         }
         is_kept
-    }
-
-    /// Shows the watchdog until when what begins now has to be over.
-    fn watched(&self, start: u64, bound_ns: u64) -> Armed {
-        let begin = self.shared.waiting.origin_ns.saturating_add(start);
-        let deadline = begin.saturating_sub(self.shared.standstills.total_ns()).saturating_add(bound_ns);
-        self.shared.slots[self.number].arm(deadline)
     }
 
     /// One turn with the scheduler, from `begin` on: apply what is due, report, decide, hand out. Once a stop was asked

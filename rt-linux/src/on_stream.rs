@@ -128,8 +128,7 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
         let stood_before = shared.standstills.total_ns();
         // The handler's calls are the host's, and may hang as bodies do.
         let patience_ns = bound_ns.saturating_mul(2).saturating_add(BOUND_PLUS_NS);
-        let started = shared.waiting.origin_ns.saturating_add(begin).saturating_sub(stood_before);
-        let armed = shared.slots[*number].arm(started.saturating_add(patience_ns));
+        let armed = shared.watched(*number, begin, patience_ns);
         let spin_until = begin.saturating_add(shared.waiting.spin_ns());
         let mut called = false;
         let (ok, mut leaves) = loop {

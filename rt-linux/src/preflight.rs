@@ -97,18 +97,17 @@ pub fn group_without_budget(root: &Path, error: &SetupError, priority: u8) -> Op
 
 /// How long the real-time threads of this process may run on a CPU in each period.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct RealTimeBudget {
+pub(crate) struct RealTimeBudget {
     /// Who has run so long stands still until the period is over.
-    pub runtime_ns: u64,
+    pub(crate) runtime_ns: u64,
     /// The period.
-    pub period_ns: u64,
+    pub(crate) period_ns: u64,
 }
 
 impl RealTimeBudget {
     /// The kernel's, or that of the control group where it is less; `None` where the kernel does not limit them. `root` as
     /// for [`examine`].
-    #[must_use]
-    pub fn of_process(root: &Path) -> Option<Self> {
+    pub(crate) fn of_process(root: &Path) -> Option<Self> {
         rights::real_time_budget(&Tree::new(root))
     }
 }

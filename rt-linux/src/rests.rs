@@ -58,15 +58,16 @@ impl Rests {
         })
     }
 
-    /// Sleeps, if it is time for it, after a body that ended at about `now_ns` of `CLOCK_MONOTONIC`.
-    pub(crate) fn rest(&mut self, now_ns: u64) {
+    /// Sleeps, if it is time for it, after a body that ended at about `now_ns` of `CLOCK_MONOTONIC`. Whether it did.
+    pub(crate) fn rest(&mut self, now_ns: u64) -> bool {
         if now_ns.saturating_sub(self.seen.now_ns) < SHORTEST_NS {
-            return;
+            return false;
         }
         let rest_ns = self.owed(Reading { now_ns, used_ns: thread_ns() });
         if rest_ns > 0 {
             std::thread::sleep(Duration::from_nanos(rest_ns));
         }
+        rest_ns > 0
     }
 
     /// How long it has to rest now.
@@ -77,9 +78,11 @@ impl Rests {
         let out = |time_ns: u64| scaled(time_ns, self.budget_ns, self.period_ns);
         // It idled first: what flowed out of an empty bucket is nothing for the body to fill.
         self.level_ns = self.level_ns.saturating_sub(out(passed_ns.saturating_sub(used_ns)));
-        self.level_ns = self.level_ns.saturating_add(used_ns - out(used_ns));
+        // A body that runs for longer than a period is stopped by the kernel itself: it does not have to rest for all of it.
+        let most_ns = self.room_ns + self.period_ns - self.budget_ns;
+        self.level_ns = self.level_ns.saturating_add(used_ns - out(used_ns)).min(most_ns);
         let over_ns = self.level_ns.saturating_sub(self.room_ns);
-        let rest_ns = scaled(over_ns, self.period_ns, self.budget_ns).min(self.period_ns);
+        let rest_ns = scaled(over_ns, self.period_ns, self.budget_ns);
         if rest_ns < SHORTEST_NS {
             return 0;
         }

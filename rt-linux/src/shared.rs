@@ -10,7 +10,7 @@ use crate::stop::Stopper;
 use crate::stream_seat::Ahead;
 use crate::timeline::{Host, Timeline, release_one};
 use crate::waiting::Waiting;
-use crate::watchdog::Slot;
+use crate::watchdog::{Armed, Slot};
 use core::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use red_core::{Capacity, Dispatch, Instant, LaneId, PoolId, Scheduler, UnitId};
 use red_record::{Recorder, Tape};
@@ -93,6 +93,12 @@ impl<C: Capacity, H, L: Exclusive<Scheduler<C>>> Shared<C, H, L> {
             ahead: AtomicU64::new(0),
             standstills: Standstills::default(),
         })
+    }
+
+    /// Shows the watchdog until when what a lane begins at `start` has to be over.
+    pub(crate) fn watched(&self, lane: usize, start: u64, bound_ns: u64) -> Armed {
+        let begin = self.waiting.origin_ns.saturating_add(start);
+        self.slots[lane].arm(begin.saturating_sub(self.standstills.total_ns()).saturating_add(bound_ns))
     }
 
     /// When a lane last took a turn, on `CLOCK_MONOTONIC`.

@@ -4,9 +4,9 @@ use red_core::{
     Action, BestCase, Caps, Config, Dag, Duration, Frame, Instant, LaneId, Node, Scheduler, ShedReason,
     TaskId, Timing, UnitId, Wcet,
 };
-use red_sim::{Execution, Options, simulate};
+use red_sim::simulate;
+use red_tests::differential::options;
 use red_tests::oracle;
-use red_workload::policy::Policy;
 use red_workload::{Format, parse};
 
 const MS: u64 = 1_000_000;
@@ -53,14 +53,7 @@ fn sheds(t1: &Stage, t2: &Stage) -> Vec<String> {
 /// Runs a file for 50 ms, which the oracle has to do in the same way. The sheds, as `task at`, in microseconds.
 fn sheds_in(text: &str) -> Vec<String> {
     let workload = parse(text.as_bytes(), Format::Toml, "stages.toml").unwrap_or_else(|e| panic!("{e}"));
-    let options = Options {
-        policy: Policy::Redrt,
-        horizon_ns: 50 * MS,
-        seed: 1,
-        execution: Execution::Wcet,
-        preempt: false,
-        schedule: true,
-    };
+    let options = options(oracle::Policy::Redrt, 50 * MS);
     let report = simulate(&workload, &options).expect("the tasks fit");
     let found = report.sheds.unwrap_or_default();
     let found: Vec<String> = found.iter().map(|s| format!("{} {}", s.task, s.at_ns / 1_000)).collect();

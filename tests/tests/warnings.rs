@@ -1,8 +1,8 @@
 //! Early warning: who is going to miss its deadline is told of at once, with by how much and because of whom.
 
 use red_core::{
-    Action, BestCase, Caps, Config, Contention, Dag, Duration, Instant, Node, PoolId, Scheduler, TaskId,
-    Timing, Warning, Wcet,
+    Action, BestCase, Caps, Config, Contention, Dag, Dispatch, Duration, Instant, Node, PoolId, Scheduler,
+    TaskId, Timing, Warning, Wcet,
 };
 
 type Robot = Scheduler<Caps<4, 4, 8, 4, 2>>;
@@ -24,10 +24,23 @@ fn robot_of(config: Config) -> (Robot, [PoolId; 2]) {
 
 /// A task of one node.
 fn add(scheduler: &mut Robot, pool: PoolId, wcet_ms: u64, deadline_ms: u64, value: u32) -> TaskId {
-    let mut dag = Dag::new();
-    dag.add_node(Node::new(Wcet::from_millis(wcet_ms)).in_pool(pool)).expect("it fits");
     let timing = Timing::new(Duration::from_millis(deadline_ms)).value(value);
+    add_of(scheduler, Node::new(Wcet::from_millis(wcet_ms)).in_pool(pool), timing)
+}
+
+fn add_of(scheduler: &mut Robot, node: Node, timing: Timing) -> TaskId {
+    let mut dag = Dag::new();
+    dag.add_node(node).expect("it fits");
     scheduler.add_task(&dag, timing).expect("there is room")
+}
+
+/// Releases a job whose node starts at once.
+fn start(scheduler: &mut Robot, task: TaskId, ms: u64) -> Dispatch {
+    scheduler.release(task, at(ms)).expect("there is room");
+    match scheduler.poll(at(ms)) {
+        Some(Action::Dispatch(started)) => started,
+        other => panic!("its lane is free: {other:?}"),
+    }
 }
 
 /// Releases a job. What is told of then, once all is decided.
@@ -101,11 +114,9 @@ fn who_is_late_by_its_own_work_is_told_of_because_of_nobody() {
 fn who_gets_a_lane_by_preemption_is_not_told_of() {
     for (is_atomic, preempt) in [(false, true), (true, true), (false, false)] {
         let (mut scheduler, [first, _]) = robot_of(Config { preempt, ..Config::REDRT });
-        let mut dag = Dag::new();
         let node = Node::new(Wcet::from_millis(31));
         let node = if is_atomic { node.atomic(Contention::default()) } else { node };
-        dag.add_node(node).expect("it fits");
-        let long = scheduler.add_task(&dag, Timing::new(Duration::from_millis(100))).expect("there is room");
+        let long = add_of(&mut scheduler, node, Timing::new(Duration::from_millis(100)));
         let short = add(&mut scheduler, first, 4, 10, 1);
         assert_eq!(release(&mut scheduler, long, 0), []);
         let told = (is_atomic || !preempt).then_some((short, 20_000, Some(long)));
@@ -120,8 +131,7 @@ fn what_nodes_took_of_late_counts_and_not_what_they_were_to_take() {
         let other = add(&mut scheduler, first, 3, 100, 1);
         let waits = add(&mut scheduler, first, 3, 9, 1);
         for job in 0..8 {
-            scheduler.release(other, at(10 * job)).expect("there is room");
-            let Some(Action::Dispatch(started)) = scheduler.poll(at(10 * job)) else { panic!("it is free") };
+            let started = start(&mut scheduler, other, 10 * job);
             scheduler.complete(started.unit, at(10 * job + took_ms)).expect("it runs");
             while scheduler.poll(at(10 * job + took_ms)).is_some() {}
         }
@@ -135,9 +145,8 @@ fn what_nodes_took_of_late_counts_and_not_what_they_were_to_take() {
 #[test]
 fn a_part_of_a_microsecond_is_told_as_a_whole_one() {
     let (mut scheduler, _) = robot(1);
-    let mut dag = Dag::new();
-    dag.add_node(Node::new(Wcet::from_nanos(4_000_001))).expect("it fits");
-    let late = scheduler.add_task(&dag, Timing::new(Duration::from_millis(4))).expect("there is room");
+    let node = Node::new(Wcet::from_nanos(4_000_001));
+    let late = add_of(&mut scheduler, node, Timing::new(Duration::from_millis(4)));
     assert_eq!(release(&mut scheduler, late, 0), [(late, 1, None)]);
 }
 
@@ -147,8 +156,7 @@ fn who_never_ends_is_told_of_as_soon_as_its_last_lane_is_lost() {
     let here = add(&mut scheduler, first, 3, 100, 1);
     let busy = add(&mut scheduler, second, 3, 100, 1);
     let late = add(&mut scheduler, second, 3, 100, 1);
-    scheduler.release(busy, at(0)).expect("there is room");
-    let Some(Action::Dispatch(started)) = scheduler.poll(at(0)) else { panic!("its lane is free") };
+    let started = start(&mut scheduler, busy, 0);
     for task in [here, late] {
         assert_eq!(release(&mut scheduler, task, 0), []);
     }

@@ -97,6 +97,20 @@ fn rests_are_short() {
 }
 
 #[test]
+fn after_a_body_that_the_kernel_stopped_a_rest_is_no_longer_than_that_of_a_period() {
+    for body_s in [1, 4, 100] {
+        let start = Reading { now_ns: 0, used_ns: 0 };
+        let mut rests = Rests::new(LINUX, start).unwrap();
+        // Of each second 50 ms were taken.
+        let end = Reading { now_ns: body_s * SECOND, used_ns: body_s * 950 * MS };
+        let rest = rests.owed(end);
+        assert!((1..=64 * MS).contains(&rest), "{rest} ns after {body_s} s");
+        let later = Reading { now_ns: end.now_ns + rest + MS, used_ns: end.used_ns + MS };
+        assert!(rests.owed(later) < MS, "once");
+    }
+}
+
+#[test]
 fn without_throttling_there_are_no_rests() {
     let start = Reading { now_ns: 0, used_ns: 0 };
     for (runtime_ns, period_ns) in [(SECOND, SECOND), (2 * SECOND, SECOND), (0, SECOND), (0, 0), (0, 99)] {

@@ -4,7 +4,9 @@ mod clock;
 mod sets;
 mod told;
 
-use red_sim::{Execution, Options, simulate};
+use red_sim::simulate;
+use red_tests::differential::options;
+use red_tests::oracle;
 use red_workload::metrics::JobEnd;
 use red_workload::policy::Policy;
 use red_workload::{Format, parse};
@@ -155,14 +157,7 @@ fn a_task_with_time_does_not_make_a_burst_last() {
     ]
     .concat();
     let workload = parse(text.as_bytes(), Format::Toml, "upload.toml").unwrap_or_else(|e| panic!("{e}"));
-    let options = Options {
-        policy: Policy::Redrt,
-        horizon_ns: 4 * SECOND_NS,
-        seed: 1,
-        execution: Execution::Wcet,
-        preempt: false,
-        schedule: true,
-    };
+    let options = options(oracle::Policy::Redrt, 4 * SECOND_NS);
     let sheds = simulate(&workload, &options).expect("the tasks fit").sheds.unwrap_or_default();
     let last_ns = sheds.iter().map(|shed| shed.at_ns).max();
     assert!(last_ns.is_some_and(|last_ns| last_ns < SECOND_NS), "felt, and over: {sheds:?}");
