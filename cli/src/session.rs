@@ -156,6 +156,7 @@ pub(crate) fn execute(
         cuda.give(cuda.load(source, &plan.nodes, &host, options.obstacle_ns)?)?;
     }
     let cuda = cuda.map(Arc::new);
+    let utilisation = cuda.as_ref().and_then(|cuda| cuda.utilisation());
     let lanes: usize = workload.pools.iter().map(|p| p.lanes as usize).sum();
     let (mode, why) = mode(workload, lanes, options.best_effort).map_err(SessionError::Machine)?;
     ready(&mode, &plan.nodes, why.as_ref());
@@ -202,7 +203,8 @@ pub(crate) fn execute(
         if broken.is_some() {
             running.stop();
         }
-        observer = cuda.as_ref().and_then(|cuda| cuda.observe(running.clone()));
+        observer =
+            cuda.as_ref().zip(utilisation).and_then(|(cuda, source)| cuda.observe(running.clone(), source));
         drop(control.set(running));
     };
     let finished = run(setup, notes, started, |now| {

@@ -110,8 +110,9 @@ impl<C: Capacity> Setup<C> {
 /// surrender none is made and no body starts. Bodies that run at the end are waited for, as long as the watchdog gives
 /// them. Panics of bodies are in the report; whether they are printed, see [`crate::panics`].
 ///
-/// `started` is called before the first lane does anything, and `progress` about ten times a second on the calling thread, with the
-/// nanoseconds since the start; should they panic, the lanes are stopped first. Returns the host and the figures.
+/// `started` is called before the first lane does anything, with the clock of the run ticking: what it takes the first
+/// jobs wait. `progress` is called about ten times a second on the calling thread, with the nanoseconds since the start.
+/// Should they panic, the lanes are stopped first. Returns the host and the figures.
 ///
 /// # Errors
 /// [`SetupError`] of whatever right or resource is missing, or does not fit together; nothing ran then.

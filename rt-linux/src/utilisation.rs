@@ -18,27 +18,16 @@ use std::thread::{self, JoinHandle};
 /// Between two looks.
 const PERIOD: Duration = Duration::from_millis(100);
 
+/// The source of a run where nothing else knows the device: the scheduler's own accounting of its lanes.
+pub const OWN_ACCOUNTING: &str = "own";
+
 /// Says how much a device is used.
 pub trait Utilisation: Send {
-    /// Which one this is: `nvml`, `sysfs` or `own`.
+    /// Which one this is: `nvml` or `sysfs`.
     fn source(&self) -> &'static str;
 
     /// What part of the last period the device was used; `None`: it is not known. Not for real time.
     fn sample(&mut self) -> Option<Ppm>;
-}
-
-/// The scheduler's own accounting of its lanes: there is nothing to tell it.
-#[derive(Clone, Copy, Debug)]
-pub struct OwnAccounting;
-
-impl Utilisation for OwnAccounting {
-    fn source(&self) -> &'static str {
-        "own"
-    }
-
-    fn sample(&mut self) -> Option<Ppm> {
-        None
-    }
 }
 
 /// The load that a Jetson's kernel counts, per mille.
@@ -90,15 +79,15 @@ impl Utilisation for red_cuda::Nvml {
     }
 }
 
-/// What knows a CUDA device best. Not for real time.
+/// What knows a CUDA device best; `None`: nothing does. Opening NVML takes tens of milliseconds: to be called before the
+/// run, whose clock would count them.
 #[cfg(feature = "cuda")]
 #[must_use]
-pub fn of_device(device: &red_cuda::Device, root: &Path) -> Box<dyn Utilisation> {
+pub fn of_device(device: &red_cuda::Device, root: &Path) -> Option<Box<dyn Utilisation>> {
     let by_nvml = red_cuda::Nvml::open(device).ok().map(|nvml| Box::new(nvml) as Box<dyn Utilisation>);
     let by_node = || LoadNode::find(root).map(|node| Box::new(node) as Box<dyn Utilisation>);
     // Some devices have an NVML that does not know it.
-    let by_nvml = by_nvml.and_then(|mut nvml| nvml.sample().map(|_| nvml));
-    by_nvml.or_else(by_node).unwrap_or_else(|| Box::new(OwnAccounting))
+    by_nvml.and_then(|mut nvml| nvml.sample().map(|_| nvml)).or_else(by_node)
 }
 
 /// Tells the scheduler of a run how much a device is used, as long as it is there.
@@ -111,13 +100,12 @@ pub struct Observer {
 }
 
 impl Observer {
-    /// For these pools of a run, from its start on. `None`: the source has nothing to tell, or the system starts no thread.
+    /// For these pools of a run, from its start on. `None`: the system starts no thread.
     pub fn start<C: Capacity>(
         control: Arc<dyn Control<C>>,
         pools: Vec<PoolId>,
         mut source: Box<dyn Utilisation>,
     ) -> Option<Self> {
-        source.sample()?;
         let name = source.source();
         let (ends, highest) = (Arc::new(AtomicBool::new(false)), Arc::new(AtomicU32::new(0)));
         let (over, most) = (ends.clone(), highest.clone());

@@ -19,7 +19,7 @@ use red_rt::cuda::{self, Bodies, Cuda, CudaFigures, Handlers, NotSubmitted};
 use red_rt::handler::{Handler, Work};
 use red_rt::report::RunReport;
 use red_rt::stop::StopSignals;
-use red_rt::utilisation::{self, Observer, OwnAccounting, Utilisation as _};
+use red_rt::utilisation::{self, OWN_ACCOUNTING, Observer, Utilisation};
 use red_workload::model::{PoolKind, Workload};
 use serde::Serialize;
 use std::fmt;
@@ -145,13 +145,18 @@ impl CudaPools {
         self.handlers.as_ref()?.take(lane)
     }
 
-    /// Has the scheduler told how much the device is used, also by others.
-    pub(crate) fn observe(&self, control: Arc<dyn Control<Robot>>) -> Option<Observer> {
-        Observer::start(
-            control,
-            self.pools.clone(),
-            utilisation::of_device(self.cuda.device(), Path::new("/")),
-        )
+    /// What knows how much the device is used, also by others. To be asked for before the run.
+    pub(crate) fn utilisation(&self) -> Option<Box<dyn Utilisation>> {
+        utilisation::of_device(self.cuda.device(), Path::new("/"))
+    }
+
+    /// Has the scheduler told of it.
+    pub(crate) fn observe(
+        &self,
+        control: Arc<dyn Control<Robot>>,
+        source: Box<dyn Utilisation>,
+    ) -> Option<Observer> {
+        Observer::start(control, self.pools.clone(), source)
     }
 
     /// What bodies said of their failures.
@@ -183,7 +188,7 @@ impl CudaPools {
             device_memory_bytes,
             late_allocations,
             late_memory_bytes,
-            utilisation_source: used.map_or(OwnAccounting.source(), Observer::source),
+            utilisation_source: used.map_or(OWN_ACCOUNTING, Observer::source),
             utilisation_max_ppm: used.map(|used| used.highest().0),
             device_lost: lost.map(|error| error.to_string()),
             pools_lost: pools_lost.map(|(_, pool)| pool.name.clone()).collect(),

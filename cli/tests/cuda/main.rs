@@ -168,6 +168,16 @@ fn what_others_use_of_the_device_is_told_to_the_scheduler() {
     assert_eq!((&ran["utilisation_source"], &ran["utilisation_max_ppm"]), (&"own".into(), &Value::Null));
 }
 
+/// NVIDIA's library for the device's use took 17 ms to open, and cost the first jobs of every run their deadlines.
+#[test]
+fn no_job_waits_for_what_is_opened_at_the_start() {
+    let stand_in = StandIn::new(&format!("{TAKES}load 10\ndelay nvmlInit_v2 3000000\n"));
+    let ran = summary(run(&stand_in, &patient(), &["--duration", "200ms"]));
+    assert_eq!(ran["utilisation_source"], "nvml", "{ran}");
+    let longest = count(&ran["tasks"][0]["response_ns"], "max");
+    assert!(longest < 2_000_000_000, "the first job waited: {longest} ns");
+}
+
 #[test]
 fn a_run_of_streams_is_replayed_without_a_difference() {
     let log = Path::new(env!("CARGO_TARGET_TMPDIR")).join("streams.redlog").display().to_string();

@@ -26,6 +26,7 @@ use red_rt::report::RunReport;
 use red_rt::runtime::{Mode, Setup, run};
 use red_rt::setup::{SetupError, has_room_for_threads};
 use red_rt::stop::StopBy;
+use red_rt::utilisation::Observer;
 use std::sync::mpsc::{Sender, channel};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::thread;
@@ -354,9 +355,10 @@ fn run_to_the_end(
 ) {
     let origin = notes.clone();
     let (cuda, device) = cuda.unzip();
+    let used = device.and_then(OnDevice::utilisation);
     let mut observer = None;
     let started = |control: Arc<dyn Control<Large>>| {
-        observer = device.and_then(|device| device.observe(control.clone()));
+        observer = used.and_then(|(pools, source)| Observer::start(control.clone(), pools, source));
         origin.origin_ns.store(control.origin_ns(), core::sync::atomic::Ordering::Relaxed);
         shared.lanes.come(control);
         let _told = tell.send(Ok(()));

@@ -2,10 +2,8 @@
 
 use super::bodies::{Bodies, Calls};
 use red_core::PoolId;
-use red_record::class::Large;
-use red_rt::control::Control;
 use red_rt::cuda::{self, Cuda, CudaUnavailable, Device, Handlers, LANES};
-use red_rt::utilisation::{self, Observer};
+use red_rt::utilisation::{self, Utilisation};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -34,8 +32,9 @@ impl OnDevice {
         Ok((cuda, handlers))
     }
 
-    /// Has the scheduler told how much the device is used, also by others.
-    pub(super) fn observe(self, control: Arc<dyn Control<Large>>) -> Option<Observer> {
-        Observer::start(control, self.pools, utilisation::of_device(&self.device, Path::new("/")))
+    /// What knows how much the device is used, also by others, and the pools that it is told of. To be asked for before
+    /// the run.
+    pub(super) fn utilisation(self) -> Option<(Vec<PoolId>, Box<dyn Utilisation>)> {
+        Some((self.pools, utilisation::of_device(&self.device, Path::new("/"))?))
     }
 }

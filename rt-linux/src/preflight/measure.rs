@@ -1,12 +1,13 @@
 //! What only a running real-time thread can tell.
 
 use core::time::Duration;
+use std::path::Path;
 use std::thread;
 
 use nix::time::{ClockId, clock_getres};
 
-use super::Finding;
 use super::check::Check;
+use super::{Finding, group_without_budget};
 use crate::clock::now_ns;
 use crate::placement::{choose_cpus, usable_cpus};
 use crate::setup::{
@@ -140,7 +141,13 @@ fn report(observed: &Observed) -> [Finding; 5] {
     [
         match fifo {
             Ok(()) => FIFO.pass(format!("priority {PRIORITY}")),
-            Err(error) => FIFO.fail(error.to_string()),
+            Err(error) => match group_without_budget(Path::new("/"), error, PRIORITY) {
+                Some(group) => Finding {
+                    fix: group.fix,
+                    ..FIFO.fail("refused, although the right to it is there: rights.rt_group_sched says why")
+                },
+                None => FIFO.fail(error.to_string()),
+            },
         },
         WAKE_UP.pass_if(
             fifo.is_ok() && worst <= GOOD_WAKE_UP_NS,

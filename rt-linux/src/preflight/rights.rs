@@ -151,9 +151,13 @@ fn group_scheduling(tree: &Tree<'_>) -> Finding {
         id: "rights.rt_group_sched",
         why: "with RT group scheduling a control group without RT budget gets no real-time priority, even as root",
         fix: "give the group a budget (echo 950000 > its cpu.rt_runtime_us, those above it first; docker run \
-            --cpu-rt-runtime=950000), move the process to the root group, or use a kernel without CONFIG_RT_GROUP_SCHED (boot parameter rt_group_sched=0)",
+            --cpu-rt-runtime=950000), move the process to the root group, have the kernel ask for none (sysctl -w \
+            kernel.sched_rt_runtime_us=-1), or use a kernel without CONFIG_RT_GROUP_SCHED (boot parameter rt_group_sched=0)",
     };
     let judge = || -> Result<Finding, Unreadable> {
+        if tree.read("proc/sys/kernel/sched_rt_runtime_us").is_ok_and(|runtime| runtime == "-1") {
+            return Ok(CHECK.pass("no throttling, so the kernel asks no group for a budget"));
+        }
         if let Some(path) = group(tree, "cpu")? {
             let file = in_group(VERSION_1, &path, "cpu.rt_runtime_us");
             return Ok(match tree.read(&file) {
@@ -181,9 +185,7 @@ pub(super) fn group_without_budget(tree: &Tree<'_>, priority: u8) -> Option<Find
     let within = |limit: Option<u64>| limit.is_none_or(|highest| highest >= u64::from(priority));
     let is_granted = holds(tree, CAP_SYS_NICE).unwrap_or(false)
         || hard_limit(tree, "Max realtime priority").is_ok_and(within);
-    // Without throttling, the kernel asks no group for its budget.
-    let asks = tree.read("proc/sys/kernel/sched_rt_runtime_us").is_ok_and(|runtime| runtime != "-1");
-    Some(group_scheduling(tree)).filter(|group| is_granted && asks && group.severity == Severity::Fail)
+    Some(group_scheduling(tree)).filter(|group| is_granted && group.severity == Severity::Fail)
 }
 
 /// What the kernel leaves real-time threads of each CPU, by its own limit or that of the control group.

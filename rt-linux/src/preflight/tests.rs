@@ -213,6 +213,8 @@ fn the_container_trap_of_rt_group_scheduling_is_seen_in_both_versions() {
     machine.write("boot/config-6.12-rt", "CONFIG_RT_GROUP_SCHED=y\n");
     assert_eq!(machine.severity("rights.rt_group_sched"), Severity::Pass, "the root group");
     machine.write("proc/self/cgroup", "0::/system.slice/docker-1.scope\n");
+    assert_eq!(machine.severity("rights.rt_group_sched"), Severity::Pass, "no throttling, so no budgets");
+    machine.write("proc/sys/kernel/sched_rt_runtime_us", "950000\n");
     assert_eq!(machine.severity("rights.rt_group_sched"), Severity::Fail);
     assert_eq!(machine.severity("rights.container"), Severity::Warn);
     machine.write("sys/fs/cgroup/system.slice/docker-1.scope/cpuset.cpus.partition", "member\n");

@@ -12,7 +12,7 @@
  *   fault NAME 3 700         the third run of kernel NAME ends the context with this error
  *   hang NAME 1              the first run of kernel NAME never ends
  *   refuse cuMemAlloc_v2 2 2 the second call of that name answers this error, once
- *   delay cuLaunchKernel 50  each call of that name takes so many microseconds
+ *   delay cuLaunchKernel 50  each call of that name takes so many microseconds; nvmlInit_v2, too
  *   computes 1               kernels that kernels.c knows compute what they should
  *   wrong 1                  and then add so much to it
  *   ignores waits 1          streams do not wait for events
