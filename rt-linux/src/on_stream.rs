@@ -1,4 +1,8 @@
 //! A lane whose handler has a stream: it gives units to it, waits for the oldest, and gives more meanwhile.
+//!
+//! *How it waits.* It asks again and again for as long as an idle lane spins. After that a lane in real time, which has its
+//! CPU to itself, asks every [`SHORT_NS`]; one that shares CPUs has itself called by the driver, whose thread is ordinary
+//! and takes several times as long.
 
 use crate::allocations::arm;
 use crate::bell::{Bell, Woken};
@@ -15,7 +19,7 @@ use red_core::{Capacity, PoolId, Scheduler, UnitId};
 use red_sync::Exclusive;
 use std::sync::Arc;
 
-/// Between two looks of a lane that sleeps while its stream runs: a ring may get lost with the device.
+/// Between two looks of a lane that has itself called: a ring may get lost with the device.
 const LOOK_NS: u64 = 5_000_000;
 /// Bound of what a stream runs, as of a body: so many times its WCET, and a fixed part.
 const BOUND_TIMES: u64 = 10;
@@ -160,7 +164,7 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
                 continue;
             }
             let is_given = queue.units[0]?.state == Submitted::Given;
-            if is_given && !called {
+            if is_given && !called && shared.waiting.spin_ns() == 0 {
                 called = stream.call(&seat).is_ok();
                 // It may have ended before the call.
                 continue;
@@ -183,7 +187,7 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
     }
 }
 
-/// Between two looks where nobody rings: what it waits for has not been given to its stream.
+/// Between two looks where nobody rings.
 const SHORT_NS: u64 = 20_000;
 
 fn sleep(bell: &Bell, ready: impl Fn() -> bool, until: u64) -> Woken {

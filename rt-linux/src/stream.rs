@@ -14,7 +14,7 @@ pub trait Stream {
     /// How far the oldest unit is that it was given and has not said [`Progress::Done`] of.
     fn look(&mut self) -> Progress;
 
-    /// Has the seat's bell rung when that unit is done: before the lane sleeps.
+    /// Has the seat's bell rung when that unit is done: before a lane sleeps that shares its CPU.
     ///
     /// # Errors
     /// It cannot: the lane looks again and again.

@@ -178,6 +178,21 @@ fn no_job_waits_for_what_is_opened_at_the_start() {
     assert!(longest < 2_000_000_000, "the first job waited: {longest} ns");
 }
 
+/// The driver's thread is an ordinary one: what it says comes late, and its stack is mapped while the lane waits.
+#[test]
+fn a_lane_in_real_time_has_the_driver_call_nobody() {
+    file("one.ptx", &fs::read("../examples/kernels/road.ptx").expect("the example's"));
+    let text = "pool = [{ name = 'gpu', kind = 'cuda', lanes = 1 }]\n\
+        task = [{ name = 'sees', deadline = '2s', period = '10ms', node = [{ name = 'look', wcet = '5ms', body = { cuda = \
+        { module = 'one.ptx', kernel = 'encode', grid = [1], block = [1], args = [{ input = '4B' }, \
+        { output = '4B' }, 1, 1] } } }] }]";
+    let path = file("one.toml", text.as_bytes()).display().to_string();
+    let stand_in = StandIn::new(TAKES);
+    let ran = summary(run(&stand_in, &path, &["--duration", "200ms"]));
+    let is_called = stand_in.log().iter().any(|line| line.starts_with("call cuLaunchHostFunc"));
+    assert_eq!(ran["realtime"] == false, is_called, "{ran}");
+}
+
 #[test]
 fn a_run_of_streams_is_replayed_without_a_difference() {
     let log = Path::new(env!("CARGO_TARGET_TMPDIR")).join("streams.redlog").display().to_string();

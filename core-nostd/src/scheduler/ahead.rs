@@ -63,7 +63,7 @@ impl<C: Capacity> Scheduler<C> {
     }
 
     /// How many predecessors of a rank run, and on which lanes.
-    fn leaders(&self, slot: usize, rank: usize) -> (u8, u32) {
+    pub(super) fn leaders(&self, slot: usize, rank: usize) -> (u8, u32) {
         let (job, version) = (&self.jobs[slot], self.version(slot));
         let leads = job.running.iter().filter(|leader| version.successors[*leader].contains(rank));
         leads.fold((0, 0), |(count, lanes), leader| (count + 1, lanes | 1 << (job.place[leader] % 32)))
@@ -92,7 +92,8 @@ impl<C: Capacity> Scheduler<C> {
     fn foreseen(&self, pool: usize) -> Option<(usize, usize, usize)> {
         let mut first = None;
         for leader in bits(self.pools[pool].lanes.into()).filter(|lane| self.lanes[*lane].is_busy()) {
-            for slot in bits(self.lanes[leader].members) {
+            // Who will be late may have to go, and a stream gives nothing back.
+            for slot in bits(self.lanes[leader].members).filter(|slot| !self.is_warned_of(*slot)) {
                 let version = self.version(slot);
                 let mut after = NodeSet::EMPTY;
                 self.ranks_on(slot, leader).for_each(|rank| after.extend(&version.successors[rank]));
@@ -100,21 +101,21 @@ impl<C: Capacity> Scheduler<C> {
                 let (done, running) = (&self.jobs[slot].done, &self.jobs[slot].running);
                 let after = after.and(&version.in_pool[pool]).without(&version.encoders);
                 for rank in after.without(done).without(running).iter() {
-                    if let Some(lane) = self.place_ahead(pool, slot, rank) {
-                        let this = (self.rank_key(slot, rank), rank, slot, lane);
+                    if self.may_go_ahead(pool, slot, rank) {
+                        let this = (self.rank_key(slot, rank), rank, slot);
                         first = Some(first.map_or(this, |first| this.min(first)));
                     }
                 }
             }
         }
-        let (key, rank, slot, lane) = first?;
+        let (key, rank, slot) = first?;
         let ready = self.most_pressing(pool, |_, _| true);
         let is_first = ready.is_none_or(|(slot, rank)| key < self.rank_key(slot, rank));
-        is_first.then_some((slot, rank, lane))
+        let lane = if is_first { self.place_ahead(pool, slot, rank) } else { None };
+        lane.map(|lane| (slot, rank, lane))
     }
 
-    /// The lane for a rank that may go ahead.
-    fn place_ahead(&self, pool: usize, slot: usize, rank: usize) -> Option<usize> {
+    fn may_go_ahead(&self, pool: usize, slot: usize, rank: usize) -> bool {
         let (p, job, version) = (&self.pools[pool], &self.jobs[slot], self.version(slot));
         let (count, lanes) = self.leaders(slot, rank);
         let is_next = count == job.waiting_for[rank] && lanes & !p.lanes == 0;
@@ -125,13 +126,12 @@ impl<C: Capacity> Scheduler<C> {
         // A result may have to go before the last of the others has ended, and is computed again then.
         let has_result =
             version.encoders.and(&job.done).iter().any(|encoder| version.successors[encoder].contains(rank));
-        if !is_next
-            || has_result
-            || bits(self.promised.into()).any(is_promised)
-            || !self.fits(pool, slot, rank)
-        {
-            return None;
-        }
+        is_next && !has_result && !bits(self.promised.into()).any(is_promised) && self.fits(pool, slot, rank)
+    }
+
+    /// The lane for a rank that may go ahead.
+    fn place_ahead(&self, pool: usize, slot: usize, rank: usize) -> Option<usize> {
+        let (p, lanes) = (&self.pools[pool], self.leaders(slot, rank).1);
         let ends = |lane: &usize| {
             let l = &self.lanes[*lane];
             l.started.saturating_add(self.node(l.slot.into(), l.rank.into()).wcet.get())

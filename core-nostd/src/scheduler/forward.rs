@@ -2,12 +2,15 @@
 //!
 //! *Rule.* Lanes are taken up as they are: each is free when what is left of its unit has passed. Then the rule that
 //! dispatches is run forward by the keys of now, over a group of jobs in flight. An encoder whose result is kept, or
-//! is computed on the way, runs once for all of the group. What another job holds of a lane stays held until it ends.
-//! *What it leaves out.* Memory budgets, merging beyond one run per result, level gates, lanes that wait, promises.
+//! is computed on the way, runs once for all of the group. What another job holds of a lane stays held until it ends. What
+//! was dispatched ahead keeps its lane.
+//! *What it leaves out.* Memory budgets, merging beyond one run per result, level gates, lanes that wait, what will be
+//! dispatched ahead.
 //! *Time bound.* O(jobs + lanes + successors) for each node that starts or ends, with encoders O(jobs * encoders).
 
 mod course;
 mod heads;
+mod promises;
 mod results;
 mod stop;
 

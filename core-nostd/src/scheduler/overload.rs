@@ -139,6 +139,13 @@ impl<C: Capacity> Scheduler<C> {
                 path = path.saturating_add(left);
             }
         }
+        for lane in bits(self.promised.into()) {
+            // A lane works for nobody as long as it waits.
+            let after = self.promise_on(lane).map_or(0, |promised| promised.after);
+            let waits = bits(after.into()).map(|before| self.left_on(before)).fold(0, u64::max);
+            let pool = usize::from(self.lanes[lane].pool);
+            work[pool] = work[pool].saturating_add(waits);
+        }
         let mut all = 0u64;
         for pool in self.pool_numbers() {
             let lanes = self.pools[pool].lanes.count_ones();

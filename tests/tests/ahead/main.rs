@@ -11,6 +11,8 @@ use red_sim::Lab;
 use red_tests::rng::{Rng, Shape, random_workload};
 use red_workload::build::{self, Plan};
 use red_workload::model::{Arrival, Workload};
+use red_workload::{Format, parse};
+use std::fmt::Write;
 use streams::Streams;
 
 type Robot = Caps<2, 16, 4, 4, 2, 1, 64>;
@@ -186,6 +188,17 @@ fn a_pool_that_cannot_dispatch_ahead_says_so() {
     assert!(!scheduler.dispatch_ahead(PoolId::new(1)) && scheduler.dispatch_ahead(PoolId::new(0)));
 }
 
+/// What nodes take of their WCET, and how late the host hears of their ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Acts {
+    /// Anything from a tenth on, often by milliseconds.
+    Wildly,
+    /// A little less, by as much as a thread takes to wake.
+    Really,
+    /// All of it, at once.
+    Exactly,
+}
+
 /// A host that learns late and out of order of what streams do.
 struct Host<'a> {
     scheduler: Box<Scheduler<Lab>>,
@@ -197,22 +210,29 @@ struct Host<'a> {
     /// Units that another's report has reported as well.
     told: Vec<UnitId>,
     faults: bool,
-    /// Whether every node takes its WCET and is heard of at once.
-    exact: bool,
+    acts: Acts,
     last: Option<Outcome>,
+    on_time: u32,
     ahead: u32,
     waits: u32,
     jobs: u32,
 }
 
 impl<'a> Host<'a> {
+    /// With pools that all dispatch ahead.
     fn new(workload: &'a Workload, config: Config, faults: bool, seed: u64) -> Self {
+        let mut host = Self::plain(workload, config, faults, seed);
+        for pool in 0..workload.pools.len() {
+            assert!(host.scheduler.dispatch_ahead(PoolId::new(pool as u8)));
+        }
+        host
+    }
+
+    /// With pools that do not.
+    fn plain(workload: &'a Workload, config: Config, faults: bool, seed: u64) -> Self {
         let mut scheduler = Box::new(Scheduler::EMPTY);
         let (plan, tasks) =
             build::admit(&mut scheduler, workload, config).expect("random workloads are valid");
-        for pool in 0..workload.pools.len() {
-            assert!(scheduler.dispatch_ahead(PoolId::new(pool as u8)));
-        }
         let (device, rng) = (Streams::default(), Rng::new(seed));
         Self {
             scheduler,
@@ -223,8 +243,9 @@ impl<'a> Host<'a> {
             rng,
             told: Vec::new(),
             faults,
-            exact: false,
+            acts: Acts::Wildly,
             last: None,
+            on_time: 0,
             ahead: 0,
             waits: 0,
             jobs: 0,
@@ -274,8 +295,12 @@ impl<'a> Host<'a> {
             let before = |from: &NodeId| dag.successors(*from).contains(member.node.index());
             dag.nodes().filter(before).all(|from| done.contains(&(member.job, from)))
         };
-        let exact = self.exact;
-        let delay = || if exact || rng.chance(50) { 0 } else { rng.within(1, 2 * MS) };
+        let acts = self.acts;
+        let delay = || match acts {
+            Acts::Wildly if rng.chance(50) => rng.within(1, 2 * MS),
+            Acts::Really => rng.within(1, MS / 20),
+            Acts::Wildly | Acts::Exactly => 0,
+        };
         self.device.go_on(now, delay, may_start);
     }
 
@@ -342,6 +367,7 @@ impl<'a> Host<'a> {
             let given = match action {
                 Action::Dispatch(given) | Action::Ahead(given) => given,
                 Action::Ended(outcome) => {
+                    self.on_time += u32::from(outcome.shed.is_none() && outcome.at <= outcome.deadline);
                     self.last = Some(outcome);
                     continue;
                 }
@@ -358,7 +384,11 @@ impl<'a> Host<'a> {
             }
             self.waits += after.len() as u32;
             let wcet = self.scheduler.unit(given.unit).expect("it was given just now").wcet.as_nanos();
-            let cost = if self.exact { wcet } else { wcet * self.rng.within(10, 100) / 100 };
+            let cost = match self.acts {
+                Acts::Wildly => wcet * self.rng.within(10, 100) / 100,
+                Acts::Really => wcet * self.rng.within(940, 960) / 1_000,
+                Acts::Exactly => wcet,
+            };
             let fails = self.faults && self.rng.chance(3);
             self.device.give(given.unit, after, members, cost, fails);
         }
@@ -399,7 +429,7 @@ fn no_job_alone_takes_longer_than_its_certificate_says() {
         // Under EDF stages are whole; under ours nothing is given up in time.
         workload.tasks[0].deadline_ns = u64::MAX / 4;
         let mut host = Host::new(&workload, Config::REDRT, false, seed);
-        host.exact = true;
+        host.acts = Acts::Exactly;
         let certificate = host.scheduler.certificate(host.tasks[0]).expect("admitted");
         let mut without: Box<Scheduler<Lab>> = Box::new(Scheduler::EMPTY);
         let (_, tasks) = build::admit(&mut without, &workload, Config::REDRT).expect("it is valid");
@@ -413,4 +443,50 @@ fn no_job_alone_takes_longer_than_its_certificate_says() {
         ahead += host.ahead;
     }
     assert!(ahead > 500 && held > 100, "{ahead} ahead, {held} with lanes that wait");
+}
+
+/// One graph, with more to do than two or four lanes can.
+fn overloaded(lanes: u64, branches: &[u64], load_percent: u64) -> Workload {
+    let work: u64 = 13 + branches.iter().sum::<u64>() + 7;
+    let (period_us, deadline) = (work * 100_000 / (lanes * load_percent), 3 * work / 2);
+    let mut file = format!(
+        "[[pool]]\nname = 'gpu'\nlanes = {lanes}\n[[task]]\nname = 'sees'\ndeadline = '{deadline}ms'\n\
+         period = '{period_us}us'\n[[task.node]]\nname = 'encode'\npool = 'gpu'\nwcet = '13ms'\n"
+    );
+    let names: Vec<String> = (0..branches.len()).map(|nth| format!("branch{nth}")).collect();
+    for (name, wcet) in names.iter().zip(branches) {
+        let _infallible = write!(
+            file,
+            "[[task.node]]\nname = '{name}'\npool = 'gpu'\nafter = ['encode']\nwcet = '{wcet}ms'\n"
+        );
+    }
+    let _infallible =
+        write!(file, "[[task.node]]\nname = 'fuse'\npool = 'gpu'\nafter = {names:?}\nwcet = '7ms'\n");
+    parse(file.as_bytes(), Format::Toml, "overloaded.toml").unwrap_or_else(|e| panic!("{e}\n{file}"))
+}
+
+/// The lanes are the same: to hand work out sooner must not have less of it end in time.
+#[test]
+fn under_overload_dispatch_ahead_costs_next_to_no_job_its_deadline() {
+    let (mut all_ahead, mut all_plain) = (0, 0);
+    for lanes in [1, 2, 4] {
+        for branches in [&[9, 11][..], &[6, 6, 6], &[3, 14], &[10]] {
+            for load_percent in [110, 133, 200] {
+                let workload = overloaded(lanes, branches, load_percent);
+                let on_time = |mut host: Host<'_>| {
+                    host.acts = Acts::Really;
+                    host.run(4_000 * MS);
+                    host.on_time
+                };
+                let plain = on_time(Host::plain(&workload, Config::REDRT, false, 1));
+                let ahead = on_time(Host::new(&workload, Config::REDRT, false, 1));
+                assert!(
+                    100 * ahead >= 97 * plain,
+                    "{lanes} lanes, {branches:?}, load {load_percent} %: {ahead} jobs on time, {plain} without"
+                );
+                (all_ahead, all_plain) = (all_ahead + ahead, all_plain + plain);
+            }
+        }
+    }
+    assert!(1_000 * all_ahead >= 995 * all_plain && all_plain > 9_000, "{all_ahead} of {all_plain}");
 }

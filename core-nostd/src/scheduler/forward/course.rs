@@ -32,6 +32,8 @@ crate::capacity::stored! {
         pub(super) rank: u8,
         /// Whether it started in the forward schedule; else it is the scheduler's own unit.
         pub(super) is_new: bool,
+        /// Its job is not of the group.
+        pub(super) is_nobodys: bool,
     }
 }
 
@@ -44,6 +46,9 @@ pub(super) struct Course<'a, C: Capacity> {
     heads: Heads<C>,
     pub(super) lanes: C::Lanes<Taken>,
     pub(super) busy: u32,
+    /// What was dispatched ahead on lanes that are busy, a bit each in `followed`.
+    pub(super) next: C::Lanes<Taken>,
+    pub(super) followed: u32,
     pub(super) stopped: C::Lanes<Stopped>,
     /// Whether encoders of different jobs may share a result.
     pub(super) shares: bool,
@@ -62,6 +67,8 @@ impl<'a, C: Capacity> Course<'a, C> {
             heads: Heads::of(scheduler, group),
             lanes: Empty::EMPTY,
             busy: 0,
+            next: Empty::EMPTY,
+            followed: 0,
             stopped: Empty::EMPTY,
             shares: scheduler.config.frame_cache && bits(group).any(has_encoders),
             forward: Forward::NEW,
@@ -122,6 +129,9 @@ impl<'a, C: Capacity> Course<'a, C> {
             self.lanes[lane] = Taken { end: self.now.saturating_add(s.left_on(lane)), ..Taken::EMPTY };
             self.busy |= 1 << lane;
         }
+        for lane in bits(s.promised.into()) {
+            self.reserve(lane);
+        }
         for slot in bits(self.group) {
             self.serve(slot);
         }
@@ -174,7 +184,7 @@ impl<'a, C: Capacity> Course<'a, C> {
         going.ready.remove(rank);
         going.gone.insert(rank);
         let end = self.now.saturating_add(left);
-        self.lanes[lane] = Taken { end, slot: slot as u8, rank: rank as u8, is_new: true };
+        self.lanes[lane] = Taken { end, slot: slot as u8, rank: rank as u8, is_new: true, is_nobodys: false };
         self.busy |= 1 << lane;
         self.forward.first[slot] = self.forward.first[slot].min(self.now);
         self.forward.pools[slot] |= 1 << pool;
@@ -193,7 +203,10 @@ impl<'a, C: Capacity> Course<'a, C> {
     fn finish(&mut self, lane: usize) {
         let (s, taken) = (self.scheduler, self.lanes[lane]);
         self.busy &= !(1 << lane);
-        let key = if taken.is_new {
+        self.follow(lane);
+        let key = if taken.is_nobodys {
+            None
+        } else if taken.is_new {
             let (slot, rank) = (usize::from(taken.slot), usize::from(taken.rank));
             self.settle(slot, rank);
             self.serve(slot);
