@@ -103,7 +103,7 @@ pub(crate) trait Machine: Logged {
     fn members(&self, unit: UnitId, each: &mut dyn FnMut(Member));
     fn waits_for(&self, unit: UnitId, each: &mut dyn FnMut(UnitId));
     fn job_id(&self, task: TaskId, index: u64) -> Option<JobId>;
-    fn executions(&self, task: TaskId, node: NodeId) -> Option<&Estimator>;
+    fn executions(&self, task: TaskId, node: NodeId) -> Option<Estimator>;
     fn pools(&self) -> u32;
     fn memory_used(&self, pool: PoolId) -> Bytes;
     fn config(&self) -> &Config;
@@ -318,7 +318,7 @@ impl<C: Capacity> Machine for Host<C> {
         self.scheduler.job_id(task, index)
     }
 
-    fn executions(&self, task: TaskId, node: NodeId) -> Option<&Estimator> {
+    fn executions(&self, task: TaskId, node: NodeId) -> Option<Estimator> {
         self.scheduler.task_node(task, node).map(|(_, executions)| executions)
     }
 

@@ -9,46 +9,65 @@ use crate::time::{CostEstimate, Duration};
 pub(crate) const WINDOW: usize = 8;
 
 crate::capacity::stored! {
-    /// Mean, minimum and maximum of the last 8 executions of one node.
-    ///
-    /// ```
-    /// use red_core::{CostEstimate, Duration, Estimator, Node, Wcet};
-    /// let mut window = Estimator::new(&Node::new(Wcet::from_millis(10)));
-    /// assert_eq!(window.mean(), None); // before the first sample the WCET stands in
-    /// [4, 8].map(|ms| window.push(Duration::from_millis(ms)));
-    /// assert_eq!(window.mean(), Some(CostEstimate::from_millis(6)));
-    /// assert_eq!(window.maximum(), Some(Duration::from_millis(8)));
-    /// ```
+    /// The last 8 executions of a node, the newest last: one more than each took in the node's unit, 0 where none was.
     #[derive(Clone, Copy, Debug)]
-    #[repr(Rust, packed(2))] // Tasks hold many of these: 4-byte alignment would pad each.
-    pub struct Estimator {
+    pub(crate) struct Window {
         samples: [u32; WINDOW],
-        /// Samples taken; from 8 on, 8 plus the place of the oldest.
-        taken: u8,
-        shift: u8,
+    }
+}
+
+/// Mean, minimum and maximum of the last 8 executions of one node.
+///
+/// ```
+/// use red_core::{CostEstimate, Duration, Estimator, Node, Wcet};
+/// let mut window = Estimator::new(&Node::new(Wcet::from_millis(10)));
+/// assert_eq!(window.mean(), None); // before the first sample the WCET stands in
+/// [4, 8].map(|ms| window.push(Duration::from_millis(ms)));
+/// assert_eq!(window.mean(), Some(CostEstimate::from_millis(6)));
+/// assert_eq!(window.maximum(), Some(Duration::from_millis(8)));
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Estimator {
+    window: Window,
+    shift: u8,
+}
+
+/// By how many bits the samples of a node are shifted, for its whole WCET to fit.
+pub(crate) const fn shift(node: &Node) -> u8 {
+    let bits = u64::BITS - node.wcet.as_nanos().leading_zeros();
+    bits.saturating_sub(u32::BITS) as u8
+}
+
+impl Window {
+    /// Takes a sample of a node with this shift; the oldest of 8 goes. Time bound: O(1).
+    #[inline]
+    pub(crate) fn push(&mut self, shift: u8, executed: Duration) {
+        let scaled = (executed.as_nanos() >> shift).min(u64::from(u32::MAX) - 1);
+        self.samples.copy_within(1.., 0);
+        self.samples[WINDOW - 1] = scaled as u32 + 1;
     }
 }
 
 impl Estimator {
     /// No sample yet; `node` says how long samples may be.
     pub const fn new(node: &Node) -> Self {
-        let bits = u64::BITS - node.wcet.as_nanos().leading_zeros();
-        Self { shift: bits.saturating_sub(u32::BITS) as u8, ..Self::EMPTY }
+        Self::of(shift(node), &Window::EMPTY)
+    }
+
+    /// Of a node with its samples.
+    pub(crate) const fn of(shift: u8, window: &Window) -> Self {
+        Self { window: *window, shift }
     }
 
     /// Takes a sample; the oldest of 8 goes. Time bound: O(1).
-    #[inline]
     pub fn push(&mut self, executed: Duration) {
-        let scaled = (executed.as_nanos() >> self.shift).min(u32::MAX.into());
-        self.samples[usize::from(self.taken) % WINDOW] = scaled as u32;
-        // From 8 on the bit of 8 stays: 15 is followed by 8.
-        self.taken = ((self.taken + 1) | (self.taken & WINDOW as u8)) % (2 * WINDOW as u8);
+        self.window.push(self.shift, executed);
     }
 
     /// Mean, rounded down.
     pub fn mean(&self) -> Option<CostEstimate> {
-        let sum: u64 = self.taken().map(u64::from).sum();
-        let mean = sum.checked_div(self.taken().len() as u64)?;
+        let sum: u64 = self.taken().sum();
+        let mean = sum.checked_div(self.taken().count() as u64)?;
         Some(CostEstimate::from_nanos(mean << self.shift))
     }
 
@@ -59,7 +78,7 @@ impl Estimator {
 
     /// Shortest of a whole window; fewer samples prove nothing.
     pub(crate) fn best_case(&self) -> Option<Duration> {
-        self.minimum().filter(|_| usize::from(self.taken) >= WINDOW)
+        self.minimum().filter(|_| self.window.samples[0] > 0)
     }
 
     /// Longest.
@@ -67,12 +86,11 @@ impl Estimator {
         self.taken().max().map(|most| self.unscaled(most))
     }
 
-    fn taken(&self) -> impl ExactSizeIterator<Item = u32> {
-        let samples = self.samples;
-        samples.into_iter().take(self.taken.into())
+    fn taken(&self) -> impl Iterator<Item = u64> {
+        self.window.samples.into_iter().filter_map(|sample| u64::from(sample).checked_sub(1))
     }
 
-    fn unscaled(&self, sample: u32) -> Duration {
-        Duration::from_nanos(u64::from(sample) << self.shift)
+    fn unscaled(&self, sample: u64) -> Duration {
+        Duration::from_nanos(sample << self.shift)
     }
 }

@@ -10,6 +10,7 @@ use crate::graph::Levels;
 use crate::id::NodeId;
 use crate::time::Duration;
 pub use estimate::Estimator;
+pub(crate) use estimate::{Window, shift};
 pub use level::{LevelShare, shares};
 
 crate::capacity::values! {

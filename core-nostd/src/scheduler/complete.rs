@@ -159,7 +159,7 @@ impl<C: Capacity> Scheduler<C> {
     fn observe(&mut self, slot: usize, node: NodeId, lane: usize) {
         let executed = self.executed_on(lane);
         let task = &mut self.tasks[self.jobs[slot].task.index()];
-        task.estimates[node.index()].push(executed);
+        task.samples[node.index()].push(task.shifts[node.index()], executed);
         let overran = executed > task.nodes[node.index()].wcet.get();
         if overran {
             self.count_overrun(slot, node, lane);

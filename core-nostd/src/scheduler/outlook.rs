@@ -69,7 +69,7 @@ impl<C: Capacity> Scheduler<C> {
 
     /// What is left of a rank that is not done, in nanoseconds.
     pub(super) fn left_of(&self, job: &Job<C>, slot: usize, rank: usize, case: Case) -> u64 {
-        let (node, window) = self.history(job, rank);
+        let (node, ref window) = self.history(job, rank);
         let whole = match case {
             Case::Best => self.best_case(node, window),
             Case::Expected => {
@@ -109,17 +109,17 @@ impl<C: Capacity> Scheduler<C> {
         let of_gone = if l.merged { l.expects } else { 0 };
         let of = |slot: usize, rank| {
             let (node, window) = self.history(&self.jobs[slot], rank);
-            (window.mean().map_or(node.wcet.as_nanos(), CostEstimate::as_nanos), longest(window))
+            (window.mean().map_or(node.wcet.as_nanos(), CostEstimate::as_nanos), longest(&window))
         };
         let members =
             bits(l.members).flat_map(|slot| self.ranks_on(slot, lane).map(move |rank| of(slot, rank)));
         members.fold((of_gone, 0), |(mean, most), (own, longest)| (mean.max(own), most.max(longest)))
     }
 
-    fn history(&self, job: &Job<C>, rank: usize) -> (&Node, &Estimator) {
+    fn history(&self, job: &Job<C>, rank: usize) -> (&Node, Estimator) {
         let task = &self.tasks[job.task.index()];
         let node = usize::from(task.version_of(job).order[rank]);
-        (&task.nodes[node], &task.estimates[node])
+        (&task.nodes[node], Estimator::of(task.shifts[node], &task.samples[node]))
     }
 
     /// Best case, in nanoseconds; never above the cost, so that on time at WCET is on time at best.

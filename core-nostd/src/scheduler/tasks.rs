@@ -4,7 +4,7 @@ use super::{Scheduler, action::ShedReason, jobs::Job, version::Version};
 use crate::analysis::Certificate;
 use crate::capacity::{Capacity, Empty};
 use crate::config::Config;
-use crate::deadlines::Estimator;
+use crate::deadlines::{Estimator, Window, shift};
 use crate::graph::{Dag, Levels, Node, NodeSet};
 use crate::id::{NodeId, TaskId};
 use crate::policy::Floor;
@@ -107,7 +107,9 @@ crate::capacity::stored! {
         pub(super) versions: [Version<C>; 2],
         /// By node id; a place belongs to one node as long as a version uses it.
         pub(super) nodes: C::Nodes<Node>,
-        pub(super) estimates: C::Nodes<Estimator>,
+        pub(super) samples: C::Nodes<Window>,
+        /// Those of the samples.
+        pub(super) shifts: C::Nodes<u8>,
     }
 }
 
@@ -151,10 +153,10 @@ impl<C: Capacity> Scheduler<C> {
     }
 
     /// A node of the task, in the newest graph or an older one that jobs in flight still have, and what it took.
-    pub fn task_node(&self, task: TaskId, node: NodeId) -> Option<(&Node, &Estimator)> {
+    pub fn task_node(&self, task: TaskId, node: NodeId) -> Option<(&Node, Estimator)> {
         let (t, place) = (&self.tasks[self.task_slot(task)?], node.index());
         let is_there = place < C::NODES && t.taken().contains(place);
-        is_there.then(|| (&t.nodes[place], &t.estimates[place]))
+        is_there.then(|| (&t.nodes[place], Estimator::of(t.shifts[place], &t.samples[place])))
     }
 
     pub(super) fn task_slot(&self, task: TaskId) -> Option<usize> {
@@ -171,8 +173,11 @@ impl<C: Capacity> Task<C> {
 
     /// Whether no execution that estimates come from took longer than its WCET. Time bound: O(nodes).
     pub(super) fn has_settled(&mut self) -> bool {
-        let mut nodes = self.nodes.as_ref().iter().zip(self.estimates.as_ref());
-        self.overran = nodes.any(|(node, window)| window.maximum() > Some(node.wcet.get()));
+        let overran = |place: usize| {
+            let longest = Estimator::of(self.shifts[place], &self.samples[place]).maximum();
+            longest > Some(self.nodes[place].wcet.get())
+        };
+        self.overran = (0..C::NODES).any(overran);
         !self.overran
     }
 
@@ -197,7 +202,7 @@ impl<C: Capacity> Task<C> {
         for place in levels.places() {
             self.nodes[place] = *levels.dag.at(place);
             if !here.contains(place) {
-                self.estimates[place] = Estimator::new(levels.dag.at(place));
+                (self.samples[place], self.shifts[place]) = (Window::EMPTY, shift(levels.dag.at(place)));
             }
         }
         self.end = self.end.max(levels.dag.end);

@@ -56,7 +56,7 @@ macro_rules! calls {
                 }
                 fn Scheduler_remove_task(s: &mut S, task: TaskId, now: Instant) -> bool { s.remove_task(task, now) }
                 fn Scheduler_certificate(s: &S, task: TaskId) -> Option<Certificate> { s.certificate(task) }
-                fn Scheduler_task_node(s: &S, task: TaskId, node: NodeId) -> Option<(&Node, &Estimator)> {
+                fn Scheduler_task_node(s: &S, task: TaskId, node: NodeId) -> Option<(&Node, Estimator)> {
                     s.task_node(task, node)
                 }
                 fn Scheduler_edit(s: &S, task: TaskId) -> Option<Dag<C>> { s.edit(task) }
