@@ -256,7 +256,7 @@ impl<'a> Host<'a> {
         let mut releases: Vec<Option<u64>> =
             self.workload.tasks.iter().map(|task| Some(task.offset_ns)).collect();
         loop {
-            let release = releases.iter().flatten().copied().filter(|at| *at < horizon_ns).min();
+            let release = releases.iter().flatten().copied().min();
             let poll = self.scheduler.poll_at().map(Instant::as_nanos);
             let Some(now) = [release, self.device.next_at(), poll].into_iter().flatten().min() else { break };
             self.device_to(now);
@@ -264,7 +264,7 @@ impl<'a> Host<'a> {
             for (task, release) in releases.iter_mut().enumerate().filter(|(_, at)| **at == Some(now)) {
                 *release = match self.workload.tasks[task].arrival {
                     Arrival::Periodic { period_ns: t } | Arrival::Sporadic { min_interarrival_ns: t } => {
-                        Some(now + t)
+                        Some(now + t).filter(|next| *next < horizon_ns)
                     }
                     Arrival::Once => None,
                 };
