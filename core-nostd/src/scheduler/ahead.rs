@@ -2,9 +2,10 @@
 //! as the streams of a GPU.
 //!
 //! *Rule.* When nothing more can start in a pool that dispatches ahead, a node whose unfinished predecessors all run in
-//! that pool is promised a lane, if it precedes every node that is ready there: behind that predecessor which should
-//! end last and has nothing behind it yet, else on an idle lane. A lane has one promise. Encoders get none, because
-//! their result may be there by then, nor does what follows an encoder that has ended.
+//! that pool is promised a lane, if it precedes every node that is ready there and all others of its kind: behind that
+//! predecessor which should end last and has nothing behind it yet, else on an idle lane. A lane has one promise.
+//! Encoders get none, because their result may be there by then, nor does what follows an encoder that has ended, nor a
+//! job that is known to be late, because it may be given up.
 //! *What it means.* The host gives the unit to its lane at once, and the lane starts it after what it runs and after
 //! [`Scheduler::waits_for`]. To the scheduler the sub-job waits on: its lane is taken and its memory held, nothing
 //! else. It starts with the report that its last predecessor ended. Whoever reports the unit itself first says with that

@@ -1,5 +1,6 @@
 //! How long after a kernel's end the CPU knows: a kernel ends when the CPU lets it, so both times are of one clock. Once
-//! by a loop that asks for an event all the time, once by a lane of the runtime, which asks for a while and then sleeps.
+//! by a loop that asks for an event all the time, once by a lane of the runtime, which asks for a while and then sleeps
+//! between two looks, or in best effort until the driver calls it.
 
 use crate::runs::{self, Robot};
 use crate::{Bench, Failure, Figures, kernels};
