@@ -17,11 +17,11 @@ pub(crate) fn notes(summary: &RunSummary) -> Vec<String> {
             time(Some(summary.longest_standstill_ns))
         )
     });
-    note(summary.rested_ns > 0, &|| {
+    note(summary.ordinary_ns > 0, &|| {
         format!(
-            "lanes rested for {} in all, which is part of the times of nodes: they were always busy, and the kernel stops \
-             real-time threads that are; see kernel.rt_throttling of `redrt doctor`",
-            time(Some(summary.rested_ns))
+            "bodies ran outside of real time for {} in all: their lanes were always busy, and the kernel stops real-time \
+             threads that are; see kernel.rt_throttling of `redrt doctor`",
+            time(Some(summary.ordinary_ns))
         )
     });
     note(summary.suspended_ns >= SUSPENSION_NS, &|| {

@@ -2,11 +2,11 @@
 //! Until there is one it waits ([`crate::waiting`]).
 
 use crate::allocations::arm;
+use crate::allowance::Allowance;
 use crate::handler::{Handler, Work};
 use crate::on_stream::{Leaves, Queue};
 use crate::panics::{BodyPanic, caught};
 use crate::report::LaneFigures;
-use crate::rests::Rests;
 use crate::setup::best_effort;
 use crate::shared::{Shared, take_requests};
 use crate::sleeper::Sleeper;
@@ -35,7 +35,7 @@ pub(crate) struct Lane<'a, C: Capacity, H, L: Exclusive<Scheduler<C>>> {
     pub(crate) figures: LaneFigures,
     pub(crate) handler: Box<dyn Handler>,
     /// Of a thread that the kernel may stop for having run too long.
-    pub(crate) rests: Option<Rests>,
+    pub(crate) allowance: Option<Allowance>,
     /// Of a lane whose handler has a stream: what it gave.
     pub(crate) queue: Queue,
 }
@@ -96,7 +96,7 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
         arm(false);
         let used = Usage::of_thread().since(self.figures.baseline);
         self.figures.faults += used.minor_faults + used.major_faults;
-        self.figures.rested_ns = self.rests.as_ref().map_or(0, |rests| rests.rested_ns);
+        self.figures.ordinary_ns = self.allowance.as_ref().map_or(0, |allowance| allowance.ordinary_ns);
     }
 
     /// Waits for the next unit of the stream and reports it; `None`: another thread has the lane.
@@ -121,6 +121,8 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
         self.figures.dispatched(start.saturating_sub(work.since_ns));
         self.figures.units += 1;
         let bound = work.wcet_ns.saturating_mul(BOUND_TIMES).saturating_add(BOUND_PLUS_NS);
+        let since_boot = |time: u64| shared.waiting.origin_ns.saturating_add(time);
+        self.allowance.iter_mut().for_each(|allowance| allowance.before_body(since_boot(start)));
         let (armed, stood) = (shared.watched(self.number, start, bound), shared.standstills.total_ns());
         arm(false);
         let result = caught(|| self.handler.run(work));
@@ -143,17 +145,12 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
         // The message was the body's.
         arm(true);
         let is_kept = self.is_kept(armed);
-        // Before the report: a lane that rests is not to be given anything.
-        let end = if is_kept { self.rested(end) } else { end };
+        if is_kept {
+            // Before it takes the lock.
+            self.allowance.iter_mut().for_each(|allowance| allowance.after_body(since_boot(end)));
+        }
         self.figures.nodes_missed += u64::from(end > work.sub_deadline_ns);
         is_kept.then_some((ok, end))
-    }
-
-    /// Rests after a body that ended at `end`, if it is time for it. When that is over.
-    fn rested(&mut self, end: u64) -> u64 {
-        let Some(rests) = &mut self.rests else { return end };
-        let slept = rests.rest(self.shared.waiting.origin_ns.saturating_add(end));
-        if slept { self.shared.waiting.now() } else { end }
     }
 
     /// Counts a standstill that ends now, unless the watchdog did.

@@ -36,6 +36,7 @@
 #![deny(unsafe_code)]
 
 pub mod allocations;
+mod allowance;
 pub mod bell;
 pub mod clock;
 pub mod control;
@@ -55,7 +56,6 @@ pub mod placement;
 pub mod preflight;
 mod primitive;
 pub mod report;
-mod rests;
 pub mod runtime;
 pub mod seat;
 pub mod setup;

@@ -39,9 +39,9 @@ pub struct RunReport {
     pub standstills: u64,
     /// The longest of them, in nanoseconds.
     pub longest_standstill_ns: u64,
-    /// How long lanes slept, all together and in nanoseconds, so that the kernel did not stop them for having used up what it
-    /// lets real-time threads run of each second.
-    pub rested_ns: u64,
+    /// CPU time of bodies that ran under SCHED_OTHER, all together and in nanoseconds, so that the kernel did not stop lanes that
+    /// were always busy for having used up what it lets real-time threads run of each second.
+    pub ordinary_ns: u64,
     /// How long the machine was suspended meanwhile, in nanoseconds. The run's clock stood still.
     pub suspended_ns: u64,
     /// Bodies that panicked or failed.
@@ -136,7 +136,7 @@ pub(crate) struct LaneFigures {
     pub(crate) stream_hangs: Vec<StreamHang>,
     pub(crate) overruns: u64,
     pub(crate) nodes_missed: u64,
-    pub(crate) rested_ns: u64,
+    pub(crate) ordinary_ns: u64,
     pub(crate) faults: u64,
     pub(crate) baseline: Usage,
 }
@@ -165,7 +165,7 @@ impl LaneFigures {
             stream_hangs: Vec::with_capacity(1),
             overruns: 0,
             nodes_missed: 0,
-            rested_ns: 0,
+            ordinary_ns: 0,
             faults: 0,
             baseline: Usage::of_thread(),
         }
@@ -182,7 +182,7 @@ impl LaneFigures {
         self.stream_hangs.extend(other.stream_hangs);
         self.overruns += other.overruns;
         self.nodes_missed += other.nodes_missed;
-        self.rested_ns += other.rested_ns;
+        self.ordinary_ns += other.ordinary_ns;
         self.faults += other.faults;
     }
 

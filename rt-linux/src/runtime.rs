@@ -249,7 +249,7 @@ where
         pinned_again: supervision.pinned_again,
         standstills,
         longest_standstill_ns,
-        rested_ns: total.rested_ns,
+        ordinary_ns: total.ordinary_ns,
         suspended_ns: suspended_ns().saturating_sub(suspended_before),
         failed: total.failed,
         panics: total.panics,

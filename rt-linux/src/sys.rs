@@ -88,6 +88,12 @@ pub(crate) fn set_policy(thread: Pid, policy: Policy) -> Result<(), Errno> {
     Errno::result(result).map(drop)
 }
 
+/// Gives the calling thread the least nice value, if it may have that.
+pub(crate) fn least_nice() {
+    // SAFETY: takes three integers; of the calling thread, since Linux has these values by thread.
+    let _refused = unsafe { libc::setpriority(libc::PRIO_PROCESS, 0, -20) };
+}
+
 /// Sets one option of the C library's allocator; returns whether it knows it.
 pub(crate) fn set_malloc_option(option: c_int, value: c_int) -> bool {
     // SAFETY: takes two integers and guards its own state.

@@ -1,5 +1,6 @@
 //! The threads of lanes, the first ones and spares: how they start together, and what they tell when they end.
 
+use crate::allowance::Allowance;
 use crate::clock::now_ns;
 use crate::control::Needed;
 use crate::handler::Handler;
@@ -8,7 +9,6 @@ use crate::on_stream::Queue;
 use crate::panics::caught;
 use crate::preflight::RealTimeBudget;
 use crate::report::LaneFigures;
-use crate::rests::Rests;
 use crate::runtime::{Enclose, Handlers, Mode};
 use crate::setup::{Fifo, SetupError, best_effort, prefault_stack};
 use crate::shared::Shared;
@@ -92,7 +92,8 @@ impl Starter {
                 Err(e) => (None, Err(e)),
             };
             let budget = fifo.and_then(|_| RealTimeBudget::of_process(Path::new("/")));
-            let rests = budget.and_then(Rests::of_thread);
+            let allowance =
+                budget.zip(fifo).and_then(|(budget, fifo)| Allowance::of_thread(budget, fifo.priority));
             // Large, so before time starts.
             let figures = LaneFigures::new();
             let _told = told.send(verdict);
@@ -101,7 +102,8 @@ impl Starter {
             let sleeper = if fifo.is_some() { Sleeper::spinning() } else { Sleeper::yielding() };
             let id = gettid().as_raw().cast_unsigned();
             let queue = Queue::default();
-            let mut lane = Lane { shared: &shared, number: lane, thread, id, figures, handler, rests, queue };
+            let mut lane =
+                Lane { shared: &shared, number: lane, thread, id, figures, handler, allowance, queue };
             lane.run(sleeper);
             let _told = finished.send(lane.figures);
         };

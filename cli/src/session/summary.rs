@@ -63,7 +63,7 @@ pub(crate) struct RunSummary {
     /// The longest of them.
     pub(crate) longest_standstill_ns: u64,
     /// How long lanes slept, all together, so that the kernel did not stop them.
-    pub(crate) rested_ns: u64,
+    pub(crate) ordinary_ns: u64,
     /// How long the machine was suspended meanwhile.
     pub(crate) suspended_ns: u64,
     /// Whether the kernel is PREEMPT_RT; where it is not, latencies have no bound.
@@ -146,7 +146,7 @@ pub(super) fn summary(
         pinned_again: figures.pinned_again,
         standstills: figures.standstills,
         longest_standstill_ns: figures.longest_standstill_ns,
-        rested_ns: figures.rested_ns,
+        ordinary_ns: figures.ordinary_ns,
         suspended_ns: figures.suspended_ns,
         preempt_rt: red_rt::preflight::is_preempt_rt(Path::new("/")),
         notes_dropped: notes.dropped + figures.events_dropped,
