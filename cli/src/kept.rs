@@ -49,7 +49,9 @@ pub(crate) fn promises(tasks: &[TaskMetrics]) -> String {
             ahead,
         ]);
     }
-    table.to_string()
+    let is_behind = tasks.iter().any(|task| task.early_ns.p50.is_some_and(|ns| ns < 0));
+    let why = "\n\n  ahead by less than 0: told after the deadline, for all lanes were busy until then";
+    table.to_string() + if is_behind { why } else { "" }
 }
 
 /// What nodes took beside their WCET; empty where that was not followed.
