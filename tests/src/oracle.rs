@@ -154,6 +154,8 @@ struct Sim<'a> {
     look_due: bool,
     /// Until when there is pressure, that instant excluded (8.10).
     pressure_until: i128,
+    /// Whether the last look found pressure.
+    pressed: bool,
     /// When a dispatch that waits for the grid happens.
     barrier: Option<u64>,
     /// When a pool that left a lane idle looks again.
@@ -179,6 +181,7 @@ impl<'a> Sim<'a> {
             over: 0,
             look_due: false,
             pressure_until: 0,
+            pressed: false,
             barrier: None,
             wake: None,
             overtaken: Vec::new(),

@@ -3,7 +3,6 @@
 use super::action::{Action, Dispatch};
 use super::{Scheduler, complete::CompleteError};
 use crate::capacity::Capacity;
-use crate::config::Gate;
 use crate::id::{LaneId, UnitId};
 use crate::time::Instant;
 use core::convert::identity;
@@ -91,15 +90,10 @@ impl<C: Capacity> Scheduler<C> {
         let wanted = free & prefer;
         let lane = if wanted != 0 { wanted.trailing_zeros() } else { free.trailing_zeros() };
         let lane = if C::LANES == 1 { 0 } else { lane as usize };
-        let (version, limited) = (self.version(slot), self.pools[pool].limited);
-        if !version.is_plain || limited {
+        let version = self.version(slot);
+        if !version.is_plain || !self.pools[pool].is_plain {
             cold_path();
-            if self.config.gate == Gate::Lookahead {
-                return self.start_unless_held(pool, slot, rank, lane);
-            }
-            if limited || version.encoders.contains(rank) || version.decoders.contains(rank) {
-                return self.start_special(slot, rank, lane);
-            }
+            return self.start_with_care(pool, slot, rank, lane);
         }
         Some(self.start(slot, rank, version.order[rank], lane))
     }

@@ -1,4 +1,4 @@
-//! Lookahead: lanes that are left idle on purpose, for a node that is more pressing and soon ready.
+//! Lookahead: lanes that are left idle on purpose, for a node that is soon ready and is more pressing, or of a higher rank.
 //!
 //! *Rule.* Before the head of a pool starts: which nodes become ready there before it would end, by now plus its cost, with
 //! a key below the head's and before that end? Those whose predecessors that are not done all run, once each of these has
@@ -7,12 +7,20 @@
 //! the head has taken one, and once before it. If one starts after its key in the first case only, and the head not after
 //! its own in the second, the pool starts nothing until something happens or that node should be ready.
 //! Under pressure those that would not go before the head all the same are left out.
-//! *Why it ends.* A head that may be late for its key waits no longer, and each wait ends at an instant that is told.
+//! *Of a higher rank.* Under pressure, with or without that gate, the sources of a next job of higher rank than the head's
+//! count whatever the head's key is, and the pool waits for them even if the head is late by that. With the gate,
+//! so does without pressure the next job that its floor cannot spare. A release that is late is waited for for an eighth of its period.
+//! *Why it ends.* A head that may be late for its key waits no longer, and each wait ends at an instant that is told. For a
+//! higher rank it waits as long as it would take the lane of each next job; but a probe only for what a floor cannot spare.
 
-use super::{Scheduler, tasks::Task};
+use super::Scheduler;
 use crate::capacity::{Capacity, Empty};
+use crate::config::Gate;
 use crate::id::UnitId;
 use crate::time::Instant;
+
+/// The part of a period for which a release may be late and is waited for.
+const PATIENCE: u64 = 8;
 
 crate::capacity::stored! {
     /// A node that takes a lane, and when it is ready, in nanoseconds.
@@ -21,14 +29,16 @@ crate::capacity::stored! {
         key: i64,
         at: u64,
         cost: u64,
+        /// Whether its job is of a higher rank than the head's.
+        outranks: bool,
     }
 }
 
 impl<C: Capacity> Scheduler<C> {
-    /// Starts the head of a pool, or nothing. Time bound: O(jobs * nodes * lanes).
+    /// Starts the head of a pool with regard to memory, shared results and what comes soon, or nothing. Time bound: O(jobs * nodes * lanes).
     #[cold]
     #[inline(never)]
-    pub(super) fn start_unless_held(
+    pub(super) fn start_with_care(
         &mut self,
         pool: usize,
         slot: usize,
@@ -36,7 +46,8 @@ impl<C: Capacity> Scheduler<C> {
         lane: usize,
     ) -> Option<UnitId> {
         let limited = self.pools[pool].limited;
-        if !limited && !self.config.preempt && self.holds_back(pool, slot, rank) {
+        let waits = self.config.gate == Gate::Lookahead || self.is_pressed();
+        if waits && !limited && !self.config.preempt && self.holds_back(pool, slot, rank) {
             return None;
         }
         self.reopen();
@@ -49,8 +60,9 @@ impl<C: Capacity> Scheduler<C> {
 
     fn holds_back(&mut self, pool: usize, slot: usize, rank: usize) -> bool {
         let (now, lanes) = (self.now.as_nanos(), self.pools[pool].lanes);
+        let (looks, is_pressed) = (self.config.gate == Gate::Lookahead, self.is_pressed());
         let key_of = |slot: usize, rank| self.jobs[slot].key_of(self.version(slot), rank, self.residual);
-        let head = Soon { key: key_of(slot, rank), at: now, cost: self.node(slot, rank).cost() };
+        let head = Soon { key: key_of(slot, rank), at: now, cost: self.at_most(slot, rank), outranks: false };
         // When the unit on a lane has run its cost, if a job in flight needs it.
         let mut ends = <C::Lanes<u64>>::EMPTY;
         for (slot, rank) in self.slots().flat_map(|s| self.jobs[s].running.iter().map(move |r| (s, r))) {
@@ -63,7 +75,8 @@ impl<C: Capacity> Scheduler<C> {
         let mut soon = <C::Lanes<Soon>>::EMPTY;
         soon.as_mut().fill(Soon { key: i64::MAX, ..Soon::EMPTY });
         let mut meet = |mut node: Soon| {
-            if node.at > now && node.at < end && node.key < latest {
+            let before = if node.outranks { signed(end) } else { latest };
+            if node.at > now && node.at < end && node.key < before && (looks || node.outranks) {
                 for place in soon.as_mut().iter_mut().take(lanes.count_ones() as usize) {
                     (*place, node) = (node.min(*place), node.max(*place));
                 }
@@ -77,18 +90,31 @@ impl<C: Capacity> Scheduler<C> {
                 let before = runs.map(|r| ends[usize::from(job.place[r])]);
                 let (count, at) = before.fold((0, 0), |(count, at), end| (count + 1, end.max(at)));
                 if count == job.waiting_for[rank] {
-                    meet(Soon { key: key_of(slot, rank), at, cost: self.node(slot, rank).cost() });
+                    let cost = self.node(slot, rank).cost();
+                    meet(Soon { key: key_of(slot, rank), at, cost, outranks: false });
                 }
             }
         }
-        let is_below = |task: &&Task<C>| self.is_pressed() && task.timing.value < value;
+        let rank_of_head = self.rank(&self.jobs[slot], slot, self.floor_of(&self.jobs[slot])).beside_next();
         let tasks = self.tasks.as_ref().iter().filter(|task| task.admitted && task.next_job > 0);
-        for task in tasks.filter(|task| !is_below(task)) {
+        for task in tasks {
             let Some(period) = task.timing.period() else { continue };
-            let (at, version) = (task.released.saturating_add(period).as_nanos(), task.newest());
+            let version = task.newest();
+            let next = (!task.timing.floor.spares(task.next_job), task.timing.value);
+            let is_above = next > rank_of_head && (is_pressed || looks && next.0);
+            if is_pressed && !is_above && next.1 < value {
+                continue;
+            }
+            let due = task.released.saturating_add(period).as_nanos();
+            let patience = due.saturating_add(period.as_nanos() / PATIENCE);
+            let at = if is_above && due <= now && now < patience { patience } else { due };
             for rank in version.sources.and(&version.in_pool[pool]).iter() {
                 let cost = task.nodes[usize::from(version.order[rank])].cost();
-                meet(Soon { key: signed(at).saturating_add(version.key[rank]), at, cost });
+                let key = signed(due).saturating_add(version.key[rank]);
+                // What cannot be in time even by itself is not waited for.
+                let outranks = is_above && version.key[rank] >= 0;
+                let key = if at > due { key.max(signed(at)) } else { key };
+                meet(Soon { key, at, cost, outranks });
             }
         }
         let mut free = <C::Lanes<u64>>::EMPTY;
@@ -99,14 +125,20 @@ impl<C: Capacity> Scheduler<C> {
         }
         let mut behind = free;
         take::<C>(&mut behind, &head);
-        let mut until = u64::MAX;
+        let (mut until, mut until_above) = (u64::MAX, u64::MAX);
         for node in soon.as_ref() {
             let (late, in_time) = (take::<C>(&mut behind, node), take::<C>(&mut free, node));
             if late > node.key && in_time <= node.key {
                 until = until.min(node.at);
+                until_above = if node.outranks { until_above.min(node.at) } else { until_above };
             }
         }
-        let waits = until < u64::MAX && take::<C>(&mut free, &head) <= head.key;
+        let is_in_time = take::<C>(&mut free, &head) <= head.key;
+        let until = if is_in_time { until } else { until_above };
+        let waits = until < u64::MAX;
+        if until_above < u64::MAX {
+            self.prolong_pressure(self.jobs[slot].task.index());
+        }
         if waits {
             self.monitor.wake = self.monitor.wake.min(Instant::from_nanos(until));
             self.alarm = self.alarm.min(self.monitor.wake);

@@ -136,6 +136,12 @@ impl<C: Capacity> Scheduler<C> {
         mean.saturating_add(node.contention.as_nanos())
     }
 
+    /// The longest of the last executions of a rank, plus contention; WCET plus contention before a sample.
+    pub(super) fn at_most(&self, slot: usize, rank: usize) -> u64 {
+        let (node, window) = self.history(&self.jobs[slot], rank);
+        window.maximum().unwrap_or(node.wcet.get()).as_nanos().saturating_add(node.contention.as_nanos())
+    }
+
     /// How long a rank has run. `None`: not at all.
     fn executed(&self, job: &Job<C>, slot: usize, rank: usize) -> Option<Duration> {
         if job.running.contains(rank) {

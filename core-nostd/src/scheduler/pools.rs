@@ -17,6 +17,8 @@ crate::capacity::stored! {
         /// The job that ran last (slot plus one) is not queued: it is compared with the queue's head instead.
         pub(super) current: u8,
         pub(super) limited: bool,
+        /// Whether its head starts without more ado: there is no budget, and no pressure.
+        pub(super) is_plain: bool,
         pub(super) ahead: bool,
         /// What somebody else measured of its use, in parts per million.
         pub(super) observed: Ppm,
@@ -82,7 +84,14 @@ impl<C: Capacity> Scheduler<C> {
         let pool = usize::from(self.pool_count);
         let mask = ((1u64 << end) - (1u64 << first)) as u32;
         let budget = memory.map_or(u64::MAX, |m| m.0);
-        self.pools[pool] = Pool { free: mask, lanes: mask, limited: memory.is_some(), budget, ..Pool::EMPTY };
+        self.pools[pool] = Pool {
+            free: mask,
+            lanes: mask,
+            limited: memory.is_some(),
+            is_plain: memory.is_none(),
+            budget,
+            ..Pool::EMPTY
+        };
         for lane in first..end {
             self.lanes[usize::from(lane)].pool = pool as u8;
         }

@@ -13,6 +13,7 @@
 use super::{Scheduler, bits, forward::Forward, jobs::Job, standing::Rank, those};
 use crate::capacity::{Capacity, Empty};
 use crate::time::{Duration, Instant};
+use core::cmp::Reverse;
 
 impl<C: Capacity> Scheduler<C> {
     /// The forward schedule of all in flight, when pressure and bands are up to date. Time bound: two of these, and
@@ -27,9 +28,64 @@ impl<C: Capacity> Scheduler<C> {
             let longest = |jobs: u64| bits(jobs).map(time).max().unwrap_or_default().as_nanos();
             let time = longest(self.in_flight).min(longest(forward.late).saturating_mul(8));
             let until = self.now.saturating_add(Duration::from_nanos(time.saturating_mul(2)));
-            self.monitor.pressed = before.max(until);
+            self.press_until(before.max(until));
         }
-        if self.set_bands() { self.forward(self.in_flight) } else { forward }
+        let forward = if self.set_bands() { self.forward(self.in_flight) } else { forward };
+        if forward.late == 0 { forward } else { self.by_deadline().unwrap_or(forward) }
+    }
+
+    /// The forward schedule where jobs of a band go by deadline, if all are worth the same and none is late by that; it holds
+    /// until the next look.
+    fn by_deadline(&mut self) -> Option<Forward<C>> {
+        let mut values = self.slots().map(|slot| self.tasks[self.jobs[slot].task.index()].timing.value);
+        let first = values.next();
+        if values.any(|value| Some(value) != first) {
+            return None;
+        }
+        let mut bands = <C::Jobs<u8>>::EMPTY;
+        self.slots().for_each(|slot| bands[slot] = self.jobs[slot].band);
+        let mut order = <C::Jobs<Option<(u8, Reverse<Instant>)>>>::EMPTY;
+        self.slots().for_each(|slot| order[slot] = Some((bands[slot], Reverse(self.jobs[slot].deadline))));
+        self.band_by(|one, other| order[one] < order[other]);
+        let forward = self.forward(self.in_flight);
+        if forward.late == 0 {
+            return Some(forward);
+        }
+        for slot in self.slots() {
+            self.jobs[slot].band = bands[slot];
+            self.requeue(slot);
+        }
+        None
+    }
+
+    /// Gives each job in flight the number of those below it for its band; whether bands differ.
+    fn band_by(&mut self, is_below: impl Fn(usize, usize) -> bool) -> bool {
+        let mut differ = false;
+        for slot in self.slots() {
+            let below = self.slots().filter(|other| is_below(*other, slot)).count();
+            differ |= below > 0;
+            self.jobs[slot].band = below as u8;
+            self.requeue(slot);
+        }
+        differ
+    }
+
+    /// Sets until when there is pressure. Without it heads of pools start without a look at ranks.
+    fn press_until(&mut self, until: Instant) {
+        self.monitor.pressed = until;
+        for pool in self.pools.as_mut() {
+            pool.is_plain = !pool.limited && until == Instant::ZERO;
+        }
+    }
+
+    /// A node of a task waits for a higher rank: there is pressure at least until its next job has been there, if there is any.
+    pub(super) fn prolong_pressure(&mut self, task: usize) {
+        if self.is_pressed() {
+            let timing = &self.tasks[task].timing;
+            let longest = timing.deadline.max(timing.period().unwrap_or_default());
+            let until = self.now.saturating_add(longest).saturating_add(longest);
+            self.press_until(self.monitor.pressed.max(until));
+        }
     }
 
     /// Whether the last look found pressure.
@@ -54,16 +110,9 @@ impl<C: Capacity> Scheduler<C> {
                 self.slots().for_each(|slot| ranks[slot] = Some(self.band_rank(slot, owed, level)));
             }
         } else {
-            self.monitor.pressed = Instant::ZERO;
+            self.press_until(Instant::ZERO);
         }
-        let mut differ = false;
-        for slot in self.slots() {
-            let below = self.slots().filter(|other| ranks[*other] < ranks[slot]).count();
-            differ |= below > 0;
-            self.jobs[slot].band = below as u8;
-            self.requeue(slot);
-        }
-        differ
+        self.band_by(|one, other| ranks[one] < ranks[other])
     }
 
     /// What orders bands: the rank, with what has started as owed as what its floor needs of its task; above the level

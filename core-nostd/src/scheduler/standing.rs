@@ -37,6 +37,13 @@ pub(super) struct Standing {
     last: Reverse<(u64, Instant, usize, u64)>,
 }
 
+impl Rank {
+    /// What the next job of a task has to be above to be waited for: owed, value. A probe that is due gets its lane.
+    pub(super) const fn beside_next(self) -> (bool, u32) {
+        (self.is_owed, if self.is_due { u32::MAX } else { self.value })
+    }
+}
+
 impl<C: Capacity> Scheduler<C> {
     /// Where a job stands, if the jobs of its task fared as `floor` remembers. Time bound: O(nodes + edges).
     pub(super) fn standing(&self, slot: usize, floor: &Floor) -> Standing {

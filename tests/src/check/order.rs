@@ -77,13 +77,26 @@ fn idle_lanes(facts: &Facts<'_>, pool: usize, units: &[Unit], waits: &[&Wait]) -
     for (from, to) in idle_spans(facts, pool, units) {
         for wait in waits.iter().filter(|wait| from.max(wait.from) < to.min(wait.to)) {
             let job = &facts.jobs[wait.job];
-            ensure(awaits_key(facts, units, wait, from.max(wait.from)), || {
+            let since = from.max(wait.from);
+            let mut here = waits.iter().filter(|wait| (wait.from..wait.to).contains(&since));
+            let is_held = here.any(|head| awaits_rank(facts, head, since));
+            ensure(is_held || awaits_key(facts, units, wait, since), || {
                 let node = &job.graph.nodes[wait.node].name;
                 format!("{node} of {} waits while a lane idles in {from}..{to}", facts.name(job))
             })?;
         }
     }
     Ok(())
+}
+
+/// Whether the node may wait for a job that is released before it would end, of a task with a larger value or a floor.
+fn awaits_rank(facts: &Facts<'_>, wait: &Wait, now: u64) -> bool {
+    let (job, tasks) = (&facts.jobs[wait.job], &facts.workload.tasks);
+    let end = now + job.graph.nodes[wait.node].cost_ns;
+    let is_above = |task: usize| tasks[task].value > tasks[job.task].value || tasks[task].floor.is_some();
+    let mut others = facts.jobs.iter().filter(|other| is_above(other.task));
+    facts.policy == Policy::Redrt
+        && (end > facts.horizon || others.any(|other| now < other.release && other.release < end))
 }
 
 /// Whether the encoder waits for a running one of its frame.
@@ -126,13 +139,14 @@ fn starts_in_order(
     Ok(())
 }
 
-/// Whether nodes of a job may go before those of another one that have smaller keys: under pressure (8.10), by rank.
+/// Whether nodes of a job may go before those of another one that have smaller keys: under pressure (8.10), by rank or deadline.
 fn may_pass(facts: &Facts<'_>, first: usize, other: usize) -> bool {
     let (first, other) = (&facts.jobs[first], &facts.jobs[other]);
     let [task, other_task] = [first, other].map(|job| &facts.workload.tasks[job.task]);
     let due = other.release + other_task.deadline_ns;
     let may_be_late = other.end.is_none_or(|end| end > due);
-    let is_above = task.value > other_task.value || task.floor.is_some() || may_be_late;
+    let is_due_before = task.value == other_task.value && first.release + task.deadline_ns < due;
+    let is_above = task.value > other_task.value || task.floor.is_some() || may_be_late || is_due_before;
     facts.policy.is_ours() && (first.task, first.index) != (other.task, other.index) && is_above
 }
 

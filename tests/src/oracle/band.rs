@@ -1,5 +1,7 @@
 //! Bands of the jobs in flight: ranks before keys while there is pressure (8.10).
 
+use std::cmp::Reverse;
+
 use super::Sim;
 use super::job::Job;
 
@@ -14,11 +16,17 @@ pub(super) enum Band {
     Highest,
 }
 
+/// A band, and where jobs of one go by deadline, that: the earlier one is above.
+pub(super) type Place = (Band, Reverse<i128>);
+
+/// Below every other.
+pub(super) const NEW: Place = (Band::Lowest, Reverse(i128::MAX));
+
 impl Sim<'_> {
     /// What each look begins with: whether there is pressure, and the band of each job in flight.
     pub(super) fn give_bands(&mut self, now: u64) {
         for job in &mut self.jobs {
-            job.band = Band::Lowest;
+            job.band = NEW;
         }
         let all: Vec<usize> = (0..self.jobs.len()).collect();
         let fates = self.forward(&all, now);
@@ -29,12 +37,28 @@ impl Sim<'_> {
             let time = (2 * longest).min(16 * longest_late);
             self.pressure_until = self.pressure_until.max(i128::from(now) + time);
         }
-        if i128::from(now) < self.pressure_until {
+        self.pressed = i128::from(now) < self.pressure_until;
+        if self.pressed {
             let level = self.level();
             let bands: Vec<Band> = self.jobs.iter().map(|job| self.band(job, level, now)).collect();
             for (job, band) in self.jobs.iter_mut().zip(bands) {
-                job.band = band;
+                job.band.0 = band;
             }
+            self.go_by_deadline(&all, now);
+        }
+    }
+
+    /// Orders jobs of a band by deadline, where all are of one value and only so nobody is late.
+    fn go_by_deadline(&mut self, all: &[usize], now: u64) {
+        let value = |job: &Job| self.workload.tasks[job.task].value;
+        let one_value = self.jobs.iter().all(|job| value(job) == value(&self.jobs[0]));
+        let is_anybody_late = |sim: &Self| sim.forward(all, now).iter().any(|fate| sim.is_late(fate));
+        if !one_value || !is_anybody_late(self) {
+            return;
+        }
+        self.jobs.iter_mut().for_each(|job| job.band.1 = Reverse(job.due));
+        if is_anybody_late(self) {
+            self.jobs.iter_mut().for_each(|job| job.band.1 = NEW.1);
         }
     }
 

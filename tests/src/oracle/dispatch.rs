@@ -2,14 +2,14 @@
 
 use std::cmp::Reverse;
 
-use super::band::Band;
+use super::band::Place;
 use super::cache::Eviction;
 use super::job::{Job, State, SubId};
 use super::{MERGE_WINDOW_NS, Sim, Unit, keys};
 use crate::graph::Role;
 
 /// Order of dispatch: band, the highest first, key, release, task, job index, node index.
-pub(super) type Order = (Reverse<Band>, i128, u64, usize, u64, usize);
+pub(super) type Order = (Reverse<Place>, i128, u64, usize, u64, usize);
 
 /// What a pool starts next.
 struct Pick {

@@ -4,7 +4,7 @@ use std::rc::Rc;
 
 use red_workload::model::Workload;
 
-use super::band::Band;
+use super::band::Place;
 use crate::graph::{Graph, Role};
 
 /// Task, job index, node index.
@@ -45,7 +45,7 @@ pub(super) struct Job {
     /// Whether any node ever started, or took a kept output.
     pub(super) started: bool,
     /// As of the last look.
-    pub(super) band: Band,
+    pub(super) band: Place,
     /// Dispatch key of each node, on the time axis.
     pub(super) keys: Vec<i128>,
     /// a + D - tail of each node.

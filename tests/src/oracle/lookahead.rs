@@ -1,45 +1,52 @@
 //! Lanes that are left idle for a node that is soon ready (rule 14).
 
-use super::band::Band;
+use super::band::Place;
 use super::job::{Job, State, SubId};
 use super::{Policy, Sim, Unit, keys};
 
-/// A node that takes a lane: key, when it is ready, cost.
-type Soon = (i128, u64, u64);
+/// A node that takes a lane: key, when it is ready, cost, whether its job is above the head's.
+type Soon = (i128, u64, u64, bool);
 
 impl Sim<'_> {
     /// Until when the pool starts nothing, though its queue is not empty.
-    pub(super) fn waits_until(&self, pool: usize, now: u64) -> Option<u64> {
-        if self.policy != Policy::RedrtLookahead || self.workload.pools[pool].memory_bytes.is_some() {
+    pub(super) fn waits_until(&mut self, pool: usize, now: u64) -> Option<u64> {
+        let looks = self.policy == Policy::RedrtLookahead;
+        if !looks && !self.pressed || self.workload.pools[pool].memory_bytes.is_some() {
             return None;
         }
         let &(task, index, node) = self.queue(pool).first()?;
         let job = self.job(task, index)?;
-        let head = (job.keys[node], now, job.graph.nodes[node].cost_ns);
+        let head = (job.keys[node], now, job.graph.nodes[node].cost_ns, false);
         let end = now + head.2;
-        let mut soon = self.behind_running(pool, job.band, now);
-        let least = if job.band == Band::Lowest { 0 } else { self.workload.tasks[task].value };
-        soon.extend(self.next_jobs(pool, least));
-        soon.retain(|&(key, at, _)| now < at && at < end && key < head.0 && key < i128::from(end));
+        let mut soon = if looks { self.behind_running(pool, job.band, now) } else { Vec::new() };
+        soon.extend(self.next_jobs(pool, job, looks, now));
+        soon.retain(|&(key, at, _, above)| {
+            now < at && at < end && key < i128::from(end) && (above || looks && key < head.0)
+        });
         soon.sort_unstable();
         soon.truncate(self.workload.pools[pool].lanes as usize);
 
         let mut before = self.free_from(pool, now);
         let mut behind = before.clone();
         take(&mut behind, head);
-        let mut until = None;
+        let mut until = Vec::new();
         for node in soon {
             let is_late = take(&mut behind, node) > node.0;
             let in_time = take(&mut before, node) <= node.0;
             if is_late && in_time {
-                until = Some(until.map_or(node.1, |at: u64| at.min(node.1)));
+                until.push((node.1, node.3));
             }
         }
-        until.filter(|_| take(&mut before, head) <= head.0)
+        let is_in_time = take(&mut before, head) <= head.0;
+        if self.pressed && until.iter().any(|&(_, above)| above) {
+            let longest = self.workload.tasks[task].deadline_ns.max(self.gap(task).unwrap_or(0));
+            self.pressure_until = self.pressure_until.max(i128::from(now) + 2 * i128::from(longest));
+        }
+        until.into_iter().filter(|&(_, above)| above || is_in_time).map(|(at, _)| at).min()
     }
 
     /// Nodes of the pool whose predecessors that are not done all run, of jobs of a band or above.
-    fn behind_running(&self, pool: usize, band: Band, now: u64) -> Vec<Soon> {
+    fn behind_running(&self, pool: usize, band: Place, now: u64) -> Vec<Soon> {
         let mut found = Vec::new();
         for job in self.jobs.iter().filter(|job| job.band >= band) {
             for (node, sub) in job.graph.nodes.iter().enumerate() {
@@ -51,21 +58,27 @@ impl Sim<'_> {
                 }
                 let ends =
                     before.iter().filter_map(|&pred| self.end_at_cost((job.task, job.index, pred), now));
-                found.extend(ends.max().map(|at| (job.keys[node], at, sub.cost_ns)));
+                found.extend(ends.max().map(|at| (job.keys[node], at, sub.cost_ns, false)));
             }
         }
         found
     }
 
-    /// Sources of the next job of each task of at least this value that has released one.
-    fn next_jobs(&self, pool: usize, value: u32) -> Vec<Soon> {
+    /// Sources of the next job of each task that has released one, but under pressure not those below the head's value.
+    fn next_jobs(&self, pool: usize, head: &Job, looks: bool, now: u64) -> Vec<Soon> {
         let mut found = Vec::new();
-        for (task, model) in self.workload.tasks.iter().enumerate().filter(|(_, model)| model.value >= value)
-        {
+        let (_, needed, own, due) = self.rank(head, &[], now);
+        let least = (needed, if due { u32::MAX } else { own });
+        for (task, model) in self.workload.tasks.iter().enumerate() {
             let Some((at, graph)) = self.expected_release(task) else { continue };
+            let next = (self.floor_needs_job(task, self.next_index(task), &[]), model.value);
+            let above = next > least && (self.pressed || looks && next.0);
+            if self.pressed && !above && model.value < own {
+                continue;
+            }
             let keys = keys::at_release(self.policy, &graph, at, model.deadline_ns);
             let sources = graph.nodes.iter().zip(keys).filter(|(n, _)| n.pool == pool && n.preds.is_empty());
-            found.extend(sources.map(|(node, key)| (key, at, node.cost_ns)));
+            found.extend(sources.map(|(node, key)| (key, at, node.cost_ns, above && key >= i128::from(at))));
         }
         found
     }
@@ -95,7 +108,7 @@ impl Sim<'_> {
 }
 
 /// The lane that is free first, from the node's start on.
-fn take(free: &mut [u64], (_, at, cost): Soon) -> i128 {
+fn take(free: &mut [u64], (_, at, cost, _): Soon) -> i128 {
     let Some(lane) = free.iter_mut().min() else { return i128::MAX };
     let start = at.max(*lane);
     *lane = start + cost;

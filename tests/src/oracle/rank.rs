@@ -88,15 +88,20 @@ impl Sim<'_> {
     /// Whether the floor of the job's task cannot spare the job: some window of consecutive jobs with it would lose
     /// too many. Neither can it where the window reaches further back than jobs are remembered.
     pub(super) fn floor_needs(&self, job: &Job, lost: &[usize]) -> bool {
-        let Some((m, k)) = self.workload.tasks[job.task].floor else { return false };
+        self.floor_needs_job(job.task, job.index, lost)
+    }
+
+    /// The same of any job of a task.
+    pub(super) fn floor_needs_job(&self, task: usize, index: u64, lost: &[usize]) -> bool {
+        let Some((m, k)) = self.workload.tasks[task].floor else { return false };
         let (m, k) = (u64::from(m), u64::from(k));
         let (window, spare) = (k.min(FLOOR_MEMORY), (k - m) / k.div_ceil(FLOOR_MEMORY));
-        let newest = self.newest_ended(job.task, lost).unwrap_or(0);
-        if newest.saturating_sub(job.index) + window > FLOOR_MEMORY {
+        let newest = self.newest_ended(task, lost).unwrap_or(0);
+        if newest.saturating_sub(index) + window > FLOOR_MEMORY {
             return true;
         }
-        let counts = |index: &u64| *index == job.index || self.is_lost(job.task, *index, lost);
-        let mut starts = (job.index + 1).saturating_sub(window)..=job.index;
+        let counts = |of: &u64| *of == index || self.is_lost(task, *of, lost);
+        let mut starts = (index + 1).saturating_sub(window)..=index;
         starts.any(|start| (start..start + window).filter(counts).count() as u64 > spare)
     }
 }

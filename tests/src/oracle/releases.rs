@@ -4,7 +4,7 @@ use std::rc::Rc;
 
 use red_workload::model::{Arrival, Event, Node, Task};
 
-use super::band::Band;
+use super::band;
 use super::job::{self, Job, State};
 use super::{JOBS_IN_FLIGHT, Policy, Reason, Sim, keys};
 use crate::graph::{Graph, edited};
@@ -32,14 +32,18 @@ impl TaskState {
 impl Sim<'_> {
     /// When the task releases next.
     pub(super) fn next_release(&self, task: usize) -> Option<u64> {
-        let (model, index) = (&self.workload.tasks[task], self.tasks[task].released);
-        let gap = match model.arrival {
-            Arrival::Periodic { period_ns } => period_ns,
-            Arrival::Sporadic { min_interarrival_ns } => min_interarrival_ns,
-            Arrival::Once if index == 0 => 0,
-            Arrival::Once => return None,
-        };
-        index.checked_mul(gap)?.checked_add(model.offset_ns)
+        let index = self.tasks[task].released;
+        let gap = if index == 0 { 0 } else { self.gap(task)? };
+        index.checked_mul(gap)?.checked_add(self.workload.tasks[task].offset_ns)
+    }
+
+    /// From one release of a task to the next, if there is more than one.
+    pub(super) fn gap(&self, task: usize) -> Option<u64> {
+        match self.workload.tasks[task].arrival {
+            Arrival::Periodic { period_ns } => Some(period_ns),
+            Arrival::Sporadic { min_interarrival_ns } => Some(min_interarrival_ns),
+            Arrival::Once => None,
+        }
     }
 
     /// When the next job of a task that has released one is due for release, and its graph as things are.
@@ -47,6 +51,11 @@ impl Sim<'_> {
         let state = &self.tasks[task];
         let at = self.next_release(task).filter(|_| state.released > 0)?;
         Some((at, Rc::clone(&state.graph)))
+    }
+
+    /// Index of the next job of a task.
+    pub(super) fn next_index(&self, task: usize) -> u64 {
+        self.tasks[task].released
     }
 
     /// Takes the events of this instant and applies what need not wait: a task holds two versions. Whether any was applied.
@@ -130,7 +139,7 @@ impl Sim<'_> {
             heights: graph.heights(|_| true),
             state: vec![State::Waiting; graph.nodes.len()],
             started: false,
-            band: Band::Lowest,
+            band: band::NEW,
             keys: keys::at_release(self.policy, &graph, now, deadline),
             latest_finish: tails.iter().map(|&tail| due - i128::from(tail)).collect(),
             frames: job::frames(self.workload, &graph, task, index, now),

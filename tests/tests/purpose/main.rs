@@ -1,5 +1,6 @@
 //! What overload is to be like for whoever owns the robot. Nothing here knows by what rule.
 
+mod carried;
 mod clock;
 mod sets;
 mod told;

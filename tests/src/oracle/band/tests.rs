@@ -123,7 +123,7 @@ fn bands_are_of_the_last_look() {
     let workload = workload(1, vec![first(30), low(1), single("second", 2, 40, 15, 40)]);
     let bands = |until_ms: u64| {
         let sim = stepped(&workload, until_ms);
-        sim.jobs.iter().map(|job| (job.task, job.band)).collect::<Vec<_>>()
+        sim.jobs.iter().map(|job| (job.task, job.band.0)).collect::<Vec<_>>()
     };
     // Nobody has lost anything yet.
     assert_eq!(bands(0), [(0, Band::Highest), (1, Band::Highest)]);
@@ -154,5 +154,5 @@ fn jobs_of_one_task_are_of_one_band() {
     let workload = workload(1, vec![every(once("only", 30, vec![node("n", 20, &[])]), 10)]);
     let sim = stepped(&workload, 50);
     assert!(sim.pressure_until > 50 * i128::from(MS) && sim.jobs.len() > 1);
-    assert!(sim.jobs.iter().all(|job| job.band == Band::Highest));
+    assert!(sim.jobs.iter().all(|job| job.band.0 == Band::Highest));
 }

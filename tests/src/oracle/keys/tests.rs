@@ -2,7 +2,7 @@ use std::rc::Rc;
 
 use super::*;
 use crate::fixtures::{MS, node};
-use crate::oracle::band::Band;
+use crate::oracle::band;
 
 /// The paper's chain, released at 0, due at 120 ms.
 fn chain_job() -> Job {
@@ -16,7 +16,7 @@ fn chain_job() -> Job {
         heights: graph.heights(|_| true),
         state: vec![State::Waiting; 3],
         started: false,
-        band: Band::Lowest,
+        band: band::NEW,
         keys: at_release(Policy::RedIda, &graph, 0, 120 * MS),
         latest_finish: vec![0; 3],
         frames: vec![None; 3],

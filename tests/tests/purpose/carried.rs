@@ -1,0 +1,166 @@
+//! What fits needs no rule for overload, whoever waits behind whom.
+
+use super::sets::{Set, Task, Wish, nodes};
+use super::{SECOND_NS, VALUES, kinds};
+use red_sim::{Execution, Options, World, simulate_in};
+use red_tests::rng::Rng;
+use red_workload::build::Numbered;
+use red_workload::policy::Policy;
+use red_workload::{Format, parse};
+
+const HORIZON_NS: u64 = 4 * SECOND_NS;
+
+/// Jobs late under a policy, and jobs due.
+fn late(set: &Set, policy: Policy) -> (u64, u64) {
+    let all = set.on_time(policy, HORIZON_NS);
+    all.iter().fold((0, 0), |(late, all), (_, on_time, due)| (late + due - on_time, all + due))
+}
+
+/// Sets of some kind in which EDF has every job on time; REDRT then loses no more than one in so many.
+fn carried(what: &str, sets: impl Iterator<Item = Set>, one_in: u64) {
+    let (mut whole, mut lost, mut all, mut worst) = (0, 0, 0, (0, String::new()));
+    for set in sets.filter(|set| late(set, Policy::Edf).0 == 0) {
+        let (late, due) = late(&set, Policy::Redrt);
+        (whole, lost, all) = (whole + 1, lost + late, all + due);
+        worst = worst.max((late, set.file()));
+    }
+    assert!(
+        whole >= 20 && lost <= all / one_in,
+        "{what}: {lost} of {all} jobs in {whole} sets are late; the most, {}, in\n{}",
+        worst.0,
+        worst.1
+    );
+}
+
+#[test]
+fn what_edf_carries_is_carried() {
+    for (lanes, times) in kinds() {
+        let wish = Wish { tasks: (1, 4), lanes, load_percent: 0, times, values: VALUES, floors: false };
+        let sets = (0..40).map(|seed| Set::draw(seed, Wish { load_percent: 70 + 5 * (seed % 6), ..wish }));
+        carried(&format!("{lanes} lanes, {times:?}"), sets, 250);
+    }
+}
+
+/// Of two jobs alike the one with the longer way to go is the newer one, and that is not the one that is due.
+#[test]
+fn tasks_of_one_graph_are_carried() {
+    for (lanes, times) in kinds() {
+        let sets = (0..80).map(|seed| {
+            let rng = &mut Rng::new(seed);
+            let (count, nodes) = (rng.within(1, 3), nodes(rng));
+            let task = Task {
+                name: String::new(),
+                value: 1,
+                floor: None,
+                period_ns: 0,
+                deadline_ns: 0,
+                nodes,
+                jitter: false,
+                seed,
+                until_ns: u64::MAX,
+            };
+            let mean = task.work_ns() * times.mean_percent() / 100;
+            let period_ns = 100 * count * mean / (lanes * rng.within(75, 95));
+            let alone = task.path_ns().max(task.work_ns().div_ceil(lanes));
+            let deadline_ns = alone * rng.within(105, 160) / 100;
+            let of = |nth: u64| Task {
+                name: format!("t{nth}"),
+                seed: 7 * seed + nth,
+                period_ns,
+                deadline_ns,
+                ..task.clone()
+            };
+            Set { lanes, times, tasks: (0..count).map(of).collect() }
+        });
+        carried(&format!("one graph, {lanes} lanes, {times:?}"), sets, 250);
+    }
+}
+
+/// The most valuable task, which fits alone but has no time to wait for somebody's long node, is on time beside three times as much.
+#[test]
+fn a_tight_task_of_value_does_not_wait_for_long_nodes() {
+    for policy in [Policy::Redrt, Policy::RedrtLookahead] {
+        for (lanes, times) in kinds() {
+            let (mut shares, mut least) = (Vec::new(), (100, String::new()));
+            for (seed, load_percent) in (0..32).zip([110, 133, 150, 200].into_iter().cycle()) {
+                let wish =
+                    Wish { tasks: (2, 4), lanes, load_percent, times, values: &[1, 1, 3], floors: false };
+                let mut set = Set::draw(seed, wish);
+                set.tasks[0].value = 1_000;
+                let alone = set.part(|task| task.value == 1_000, 0).expect("it has a deadline");
+                if late(&alone, Policy::Edf).0 > 0 {
+                    continue;
+                }
+                let (_, on_time, due) = set.on_time(policy, HORIZON_NS)[0].clone();
+                shares.push(1_000 * on_time / due);
+                least = least.min((100 * on_time / due, set.file()));
+            }
+            let mean = shares.iter().sum::<u64>() / shares.len() as u64;
+            // Who needs several lanes at once finds one taken now and then.
+            let must = if lanes == 1 { 95 } else { 80 };
+            assert!(
+                shares.len() >= 20 && mean >= 990 && least.0 >= must,
+                "{policy:?}, {lanes} lanes, {times:?}: {mean} thousandths in the mean of {} sets, the least {} % in\n{}",
+                shares.len(),
+                least.0,
+                least.1
+            );
+        }
+    }
+}
+
+/// The job of `map` that is its first takes all of its WCET, later ones an eighth.
+struct SlowOnce;
+
+impl World for SlowOnce {
+    fn release(&self, _task: usize, job: usize) -> Option<u64> {
+        Some(20_000_000 * job as u64)
+    }
+
+    fn time(&self, task: usize, job: u64, _node: &Numbered) -> (u64, bool) {
+        (
+            if task == 0 {
+                16_000_000
+            } else if job == 0 {
+                24_000_000
+            } else {
+                3_000_000
+            },
+            true,
+        )
+    }
+}
+
+/// It waits for `brake` while it is believed to be slow. Now and then it gets a lane all the same, as `brake` has no floor.
+#[test]
+fn a_slow_first_run_beside_a_tight_task_passes() {
+    let task = |name: &str, value: u32, wcet_ms: u64, deadline_ms: u64| {
+        format!(
+            "[[task]]\nname = '{name}'\nvalue = {value}\nperiod = '20ms'\ndeadline = '{deadline_ms}ms'\n\
+             [[task.node]]\nname = 'n'\nwcet = '{wcet_ms}ms'\n"
+        )
+    };
+    let file = [
+        "[[pool]]\nname = 'cpu'\nlanes = 1\n".to_owned(),
+        task("brake", 1_000, 16, 20),
+        task("map", 1, 24, 40),
+    ]
+    .concat();
+    let workload = parse(file.as_bytes(), Format::Toml, "slow.toml").expect("a workload");
+    let options = Options {
+        policy: Policy::Redrt,
+        horizon_ns: 12 * SECOND_NS,
+        seed: 1,
+        execution: Execution::Wcet,
+        preempt: false,
+        schedule: false,
+    };
+    let report = simulate_in(&SlowOnce, &workload, options.policy.config(), &options).expect("it fits");
+    let late_after = |task: usize, from: usize| {
+        let jobs = report.jobs[task].iter().skip(from);
+        jobs.filter(|job| job.shed.is_some() || job.at_ns.is_none_or(|at| at > job.deadline_ns)).count()
+    };
+    assert!(late_after(0, 0) <= 10, "{:?}", report.tasks);
+    // The last two seconds; a job may be in flight at the end.
+    assert!(late_after(1, 500) <= 2, "{:?}", report.tasks);
+}
