@@ -279,7 +279,8 @@ impl Search {
         let is_proved = |i: usize| tasks[i].response_ns.is_some();
         let cluster = |(c, cluster): (usize, &certificate::Cluster)| {
             let here = || (0..tasks.len()).filter(move |i| self.members[*i].parts[c].is_some());
-            let is_proved = here().all(is_proved);
+            let tied = set.tied_to(c);
+            let is_proved = (0..tasks.len()).filter(|i| tied[*i]).all(is_proved);
             ClusterProof {
                 pool: cluster.pool.clone(),
                 name: cluster.name.clone(),

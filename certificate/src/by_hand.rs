@@ -74,8 +74,12 @@ pub(crate) fn certificate(set: &Set, claims: &[Claims<'_>]) -> Certificate {
     let cluster = |(c, cluster): (usize, &Cluster)| {
         let is_in = |task: &&Task| task.versions.iter().flat_map(|g| &g.nodes).any(|node| node.cluster == c);
         let names: Vec<String> = set.tasks.iter().filter(is_in).map(|task| task.name.clone()).collect();
-        let is_open = |task: &TaskProof| names.contains(&task.name) && task.response_ns.is_none();
-        let guarantee = if tasks.iter().any(is_open) { Guarantee::BestEffort } else { Guarantee::Analytic };
+        let is_open = |(task, tied): (&TaskProof, bool)| tied && task.response_ns.is_none();
+        let guarantee = if tasks.iter().zip(set.tied_to(c)).any(is_open) {
+            Guarantee::BestEffort
+        } else {
+            Guarantee::Analytic
+        };
         let Cluster { pool, name, lanes } = cluster.clone();
         ClusterProof { pool, name, lanes, guarantee, tasks: names }
     };

@@ -81,6 +81,23 @@ impl Set {
         })
     }
 
+    /// The tasks that decide whether a cluster is proved: those with nodes in it, and in every cluster in which these have
+    /// any, and so on. Under overload the order of keys is given up for all of them.
+    #[must_use]
+    pub fn tied_to(&self, cluster: usize) -> Vec<bool> {
+        let uses = |task: &Task, clusters: &[bool]| {
+            task.versions.iter().flat_map(|graph| &graph.nodes).any(|node| clusters[node.cluster])
+        };
+        let (mut clusters, mut tied) = (vec![false; self.clusters.len()], vec![false; self.tasks.len()]);
+        clusters[cluster] = true;
+        while let Some(next) = (0..tied.len()).find(|i| !tied[*i] && uses(&self.tasks[*i], &clusters)) {
+            tied[next] = true;
+            let nodes = self.tasks[next].versions.iter().flat_map(|graph| &graph.nodes);
+            nodes.for_each(|node| clusters[node.cluster] = true);
+        }
+        tied
+    }
+
     /// SHA-256 of everything in it, in hexadecimal digits: of one line for the room, each cluster, task, version, node and
     /// edge, in their order, as words with a space between them. Names have no spaces.
     #[must_use]

@@ -143,9 +143,10 @@ fn clusters(certificate: &Certificate, set: &Set) -> Result<(), Rejected> {
         let in_it: Vec<usize> = (0..set.tasks.len()).filter(is_in).collect();
         let names: Vec<&String> = in_it.iter().map(|t| &set.tasks[*t].name).collect();
         same(&place("tasks"), &names, &proof.tasks.iter().collect())?;
-        let is_proved = |t: usize| certificate.tasks[t].response_ns.is_some();
-        // Jobs are given up for others that would be late and need the same lanes, so for none that is proved.
-        let is_proved = in_it.iter().all(|t| is_proved(*t));
+        // Jobs are given up, and go before others, for some that would be late and are tied to them: for none that is proved.
+        let tied = set.tied_to(c);
+        let is_proved =
+            certificate.tasks.iter().zip(tied).all(|(task, tied)| !tied || task.response_ns.is_some());
         if is_proved != (proof.guarantee == Guarantee::Analytic) {
             let expected = if is_proved { "analytic" } else { "best-effort" };
             let stated = if is_proved { "best-effort" } else { "analytic" }.to_owned();

@@ -152,10 +152,10 @@ struct Sim<'a> {
     over: u32,
     /// Whether a job came or a result was thrown away since the last look at who will be late.
     look_due: bool,
-    /// Until when there is pressure, that instant excluded (8.10).
-    pressure_until: i128,
-    /// Whether the last look found pressure.
-    pressed: bool,
+    /// Until when there is pressure in each pool, that instant excluded (8.10).
+    pressure_until: Vec<i128>,
+    /// Where the last look found pressure.
+    pressed: Vec<bool>,
     /// When a dispatch that waits for the grid happens.
     barrier: Option<u64>,
     /// When a pool that left a lane idle looks again.
@@ -180,8 +180,8 @@ impl<'a> Sim<'a> {
             cached: Vec::new(),
             over: 0,
             look_due: false,
-            pressure_until: 0,
-            pressed: false,
+            pressure_until: vec![0; workload.pools.len()],
+            pressed: vec![false; workload.pools.len()],
             barrier: None,
             wake: None,
             overtaken: Vec::new(),

@@ -48,7 +48,7 @@ fn every_schedule_of_the_core_passes_the_judge() {
 }
 
 #[test]
-fn lanes_wait_under_lookahead_only() {
+fn lanes_wait_under_lookahead() {
     let (looked, waited) = (AtomicUsize::new(0), AtomicUsize::new(0));
     each(60, &Shape { memory: false, ..Shape::default() }, |workload, policy, horizon_ns| {
         if policy == Policy::RedrtLookahead {

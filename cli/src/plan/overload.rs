@@ -56,7 +56,8 @@ impl Overload {
         let asked = Asked::of(workload, plan);
         let mut tasks = Vec::with_capacity(losses.len());
         for (i, losses) in losses.into_iter().enumerate() {
-            let reason = reason::of(workload, &asked, &options, i, &losses)?;
+            let between = from_bcet.as_ref().and_then(|tasks: &Vec<Losses>| tasks.get(i));
+            let reason = reason::of(workload, &asked, &options, i, &losses, between)?;
             tasks.push(Predicted { losses, reason });
         }
         Ok(Some(Self { horizon_ns: options.horizon_ns, tasks, from_bcet }))

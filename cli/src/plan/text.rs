@@ -188,7 +188,7 @@ fn together(plan: &Plan) -> String {
         && tasks.iter().any(|task| task.response_ns.is_some())
     {
         lines.push(
-            "  (jobs of these may be given up for a task that is not proved and needs the same lanes)"
+            "  (bounds of tasks that share lanes with one that is not proved end where that one is late)"
                 .to_owned(),
         );
     }

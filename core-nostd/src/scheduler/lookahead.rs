@@ -46,7 +46,7 @@ impl<C: Capacity> Scheduler<C> {
         lane: usize,
     ) -> Option<UnitId> {
         let limited = self.pools[pool].limited;
-        let waits = self.config.gate == Gate::Lookahead || self.is_pressed();
+        let waits = self.config.gate == Gate::Lookahead || self.is_pressed(pool);
         if waits && !limited && !self.config.preempt && self.holds_back(pool, slot, rank) {
             return None;
         }
@@ -60,7 +60,7 @@ impl<C: Capacity> Scheduler<C> {
 
     fn holds_back(&mut self, pool: usize, slot: usize, rank: usize) -> bool {
         let (now, lanes) = (self.now.as_nanos(), self.pools[pool].lanes);
-        let (looks, is_pressed) = (self.config.gate == Gate::Lookahead, self.is_pressed());
+        let (looks, is_pressed) = (self.config.gate == Gate::Lookahead, self.is_pressed(pool));
         let key_of = |slot: usize, rank| self.jobs[slot].key_of(self.version(slot), rank, self.residual);
         let head = Soon { key: key_of(slot, rank), at: now, cost: self.at_most(slot, rank), outranks: false };
         // When the unit on a lane has run its cost, if a job in flight needs it.
@@ -137,7 +137,7 @@ impl<C: Capacity> Scheduler<C> {
         let until = if is_in_time { until } else { until_above };
         let waits = until < u64::MAX;
         if until_above < u64::MAX {
-            self.prolong_pressure(self.jobs[slot].task.index());
+            self.prolong_pressure(pool, self.jobs[slot].task.index());
         }
         if waits {
             self.monitor.wake = self.monitor.wake.min(Instant::from_nanos(until));

@@ -21,8 +21,6 @@ crate::capacity::stored! {
         pub(super) looked: Instant,
         /// The least time that a job in flight had left then, in nanoseconds.
         pub(super) laxity: u64,
-        /// Until when ranks go before keys; 0 if they do not.
-        pub(super) pressed: Instant,
         /// Consecutive ticks with overload.
         pub(super) over: u32,
         /// Whether the forward schedule has to be looked at, whatever the lanes do.

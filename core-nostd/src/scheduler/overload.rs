@@ -7,7 +7,7 @@
 //! several that went, those come back that need not be gone.
 //! *Why it holds.* What goes is below x and saves it, or is late itself. So a job is late because of lower ranks only
 //! where these hold lanes already.
-//! *Time bound.* A look runs at most 4 * [`MOST`] + [`Capacity::JOBS`] + 2 forward schedules.
+//! *Time bound.* A look runs at most 4 * [`MOST`] + [`Capacity::JOBS`] + 3 forward schedules.
 
 use super::standing::Standing;
 use super::{Scheduler, action::ShedReason, bits, forward::Forward, outlook::Case, those};

@@ -20,6 +20,8 @@ crate::capacity::stored! {
         /// Whether its head starts without more ado: there is no budget, and no pressure.
         pub(super) is_plain: bool,
         pub(super) ahead: bool,
+        /// Until when ranks go before keys; 0 if they do not.
+        pub(super) pressed: Instant,
         /// What somebody else measured of its use, in parts per million.
         pub(super) observed: Ppm,
         /// Modulo 2^64: lane time of its completed units; of that, up to the current tick's start, and in the tick before.

@@ -3,12 +3,15 @@
 //! *Background.* EDF lets a lower job run while a higher one can wait. Where more comes, the higher one lacks that time
 //! later, and giving the lower one up then gives nothing back. Going by rank always would lose what EDF can carry.
 //! *Rule.* There is pressure for twice the longest relative deadline after a look at which somebody was late by keys alone, but for no
-//! more than 16 times the longest of the late ones: a task that has hours does not keep ranks in front for hours.
+//! more than 16 times the longest of the late ones: a task that has hours does not keep ranks in front for hours. It is in the pools
+//! that a late job needs, and in those that jobs in flight tie to them: what fits elsewhere is left alone.
 //! While it lasts, jobs go by band and then by key. Jobs that are worth more than every task that lost a job of late are one band:
 //! nothing of them is lost, so that they need no order by rank. Those below follow by rank. A job that has started counts as
 //! owed where its task's floor cannot spare another one: what was overtaken for that would have run for nothing.
+//! *By deadline.* Latest starts put the longest way first, which may be the newest job's. Where all are worth the same, deadlines
+//! order a band instead if nobody is late by that.
 //! *Why it ends.* Whether there is pressure is asked of the keys alone, so that what ranks make late does not prolong it
-//! once those jobs went.
+//! once those jobs went. A lane that waits for a higher rank prolongs it, as long as it would take that one's lane.
 
 use super::{Scheduler, bits, forward::Forward, jobs::Job, standing::Rank, those};
 use crate::capacity::{Capacity, Empty};
@@ -16,53 +19,81 @@ use crate::time::{Duration, Instant};
 use core::cmp::Reverse;
 
 impl<C: Capacity> Scheduler<C> {
-    /// The forward schedule of all in flight, when pressure and bands are up to date. Time bound: two of these, and
-    /// O(jobs * (jobs + nodes + edges)), with floors O(jobs * k) more.
+    /// The forward schedule of all in flight, when pressure and bands are up to date. Time bound: three of these, and
+    /// O(jobs * (jobs + nodes + edges + pools)), with floors O(jobs * k) more.
     pub(super) fn forward_by_band(&mut self) -> Forward<C> {
-        let before = self.monitor.pressed;
         // By keys alone. Queues follow in `set_bands`.
         self.slots().for_each(|slot| self.jobs[slot].band = 0);
         let forward = self.forward(self.in_flight);
-        if forward.late != 0 {
-            let time = |slot: usize| self.jobs[slot].deadline.since(self.jobs[slot].release);
-            let longest = |jobs: u64| bits(jobs).map(time).max().unwrap_or_default().as_nanos();
-            let time = longest(self.in_flight).min(longest(forward.late).saturating_mul(8));
-            let until = self.now.saturating_add(Duration::from_nanos(time.saturating_mul(2)));
-            self.press_until(before.max(until));
+        let time = |slot: usize| self.jobs[slot].deadline.since(self.jobs[slot].release);
+        let longest = |jobs: u64| bits(jobs).map(time).max().unwrap_or_default().as_nanos();
+        let mut pressed = <C::Pools<u64>>::EMPTY;
+        for (pools, jobs) in self.tied(forward.late) {
+            let time = longest(jobs).min(longest(forward.late & jobs).saturating_mul(8));
+            bits(pools.into()).for_each(|pool| pressed[pool] = time.saturating_mul(2));
+        }
+        for pool in self.pool_numbers() {
+            self.press(pool, self.now.saturating_add(Duration::from_nanos(pressed[pool])));
         }
         let forward = if self.set_bands() { self.forward(self.in_flight) } else { forward };
-        if forward.late == 0 { forward } else { self.by_deadline().unwrap_or(forward) }
+        if forward.late == 0 { forward } else { self.by_deadline(forward.late).unwrap_or(forward) }
     }
 
-    /// The forward schedule where jobs of a band go by deadline, if all are worth the same and none is late by that; it holds
-    /// until the next look.
-    fn by_deadline(&mut self) -> Option<Forward<C>> {
-        let mut values = self.slots().map(|slot| self.tasks[self.jobs[slot].task.index()].timing.value);
-        let first = values.next();
-        if values.any(|value| Some(value) != first) {
+    /// Some jobs in flight by what ties them: the pools of each tie, and all jobs that need these. Time bound: O(jobs * pools).
+    fn tied(&self, mut some: u64) -> impl Iterator<Item = (u32, u64)> + '_ {
+        let needs = |slot: usize| self.version(slot).pool_mask;
+        core::iter::from_fn(move || {
+            let first = bits(some).next()?;
+            let (mut pools, mut jobs) = (needs(first), 1 << first);
+            loop {
+                let more = those(self.in_flight & !jobs, |slot| needs(*slot) & pools != 0);
+                if more == 0 {
+                    some &= !jobs;
+                    return Some((pools, jobs));
+                }
+                pools = bits(more).fold(pools, |pools, slot| pools | needs(slot));
+                jobs |= more;
+            }
+        })
+    }
+
+    /// The forward schedule where jobs of a band go by deadline, those that are tied to a late one and to none of another value, if
+    /// none of them is late by that; it holds until the next look.
+    fn by_deadline(&mut self, late: u64) -> Option<Forward<C>> {
+        let value = |slot: usize| self.tasks[self.jobs[slot].task.index()].timing.value;
+        let is_alike =
+            |jobs: u64| bits(jobs).all(|slot| value(slot) == value(bits(jobs).next().unwrap_or(slot)));
+        let alike = self
+            .tied(late)
+            .map(|(_, jobs)| jobs)
+            .filter(|jobs| is_alike(*jobs))
+            .fold(0, |all, jobs| all | jobs);
+        if alike == 0 {
             return None;
+        }
+        let mut order = <C::Jobs<Option<(u8, Reverse<Instant>)>>>::EMPTY;
+        for slot in bits(alike) {
+            order[slot] = Some((self.jobs[slot].band, Reverse(self.jobs[slot].deadline)));
         }
         let mut bands = <C::Jobs<u8>>::EMPTY;
         self.slots().for_each(|slot| bands[slot] = self.jobs[slot].band);
-        let mut order = <C::Jobs<Option<(u8, Reverse<Instant>)>>>::EMPTY;
-        self.slots().for_each(|slot| order[slot] = Some((bands[slot], Reverse(self.jobs[slot].deadline))));
-        self.band_by(|one, other| order[one] < order[other]);
+        self.band_by(alike, |one, other| order[one] < order[other]);
         let forward = self.forward(self.in_flight);
-        if forward.late == 0 {
+        if forward.late & alike == 0 {
             return Some(forward);
         }
-        for slot in self.slots() {
+        for slot in bits(alike) {
             self.jobs[slot].band = bands[slot];
             self.requeue(slot);
         }
         None
     }
 
-    /// Gives each job in flight the number of those below it for its band; whether bands differ.
-    fn band_by(&mut self, is_below: impl Fn(usize, usize) -> bool) -> bool {
+    /// Gives each of some jobs the number of those below it for its band; whether bands differ.
+    fn band_by(&mut self, jobs: u64, is_below: impl Fn(usize, usize) -> bool) -> bool {
         let mut differ = false;
-        for slot in self.slots() {
-            let below = self.slots().filter(|other| is_below(*other, slot)).count();
+        for slot in bits(jobs) {
+            let below = bits(jobs).filter(|other| is_below(*other, slot)).count();
             differ |= below > 0;
             self.jobs[slot].band = below as u8;
             self.requeue(slot);
@@ -70,49 +101,58 @@ impl<C: Capacity> Scheduler<C> {
         differ
     }
 
-    /// Sets until when there is pressure. Without it heads of pools start without a look at ranks.
-    fn press_until(&mut self, until: Instant) {
-        self.monitor.pressed = until;
-        for pool in self.pools.as_mut() {
-            pool.is_plain = !pool.limited && until == Instant::ZERO;
+    /// There is pressure in a pool at least until an instant: heads start with a look at ranks.
+    fn press(&mut self, pool: usize, until: Instant) {
+        let pool = &mut self.pools[pool];
+        if until > self.now {
+            pool.pressed = pool.pressed.max(until);
+            pool.is_plain = false;
         }
     }
 
-    /// A node of a task waits for a higher rank: there is pressure at least until its next job has been there, if there is any.
-    pub(super) fn prolong_pressure(&mut self, task: usize) {
-        if self.is_pressed() {
+    /// In a pool a node of a task waits for a higher rank: pressure there stays until its next job has been there, if there is any.
+    pub(super) fn prolong_pressure(&mut self, pool: usize, task: usize) {
+        if self.is_pressed(pool) {
             let timing = &self.tasks[task].timing;
             let longest = timing.deadline.max(timing.period().unwrap_or_default());
-            let until = self.now.saturating_add(longest).saturating_add(longest);
-            self.press_until(self.monitor.pressed.max(until));
+            self.press(pool, self.now.saturating_add(longest).saturating_add(longest));
         }
     }
 
-    /// Whether the last look found pressure.
-    pub(super) fn is_pressed(&self) -> bool {
-        self.monitor.pressed > Instant::ZERO
+    /// Whether the last look found pressure in a pool.
+    pub(super) fn is_pressed(&self, pool: usize) -> bool {
+        self.pools[pool].pressed > Instant::ZERO
     }
 
     /// Gives each job in flight its band, by the pressure of now; whether bands differ.
     pub(super) fn set_bands(&mut self) -> bool {
-        if !self.is_pressed() {
+        let (mut before, mut pressed) = (0, 0);
+        for pool in self.pool_numbers() {
+            let p = &mut self.pools[pool];
+            before |= u32::from(p.pressed > Instant::ZERO) << pool;
+            if self.now < p.pressed {
+                pressed |= 1 << pool;
+            } else {
+                (p.pressed, p.is_plain) = (Instant::ZERO, !p.limited);
+            }
+        }
+        if before == 0 {
             return false;
         }
         let mut ranks = <C::Jobs<Option<(bool, bool, u32)>>>::EMPTY;
-        if self.now < self.monitor.pressed {
+        let is_in = |slot: &usize| self.version(*slot).pool_mask & pressed != 0;
+        for (_, jobs) in self.tied(those(self.in_flight, is_in)) {
             let timing = |slot: usize| &self.tasks[self.jobs[slot].task.index()].timing;
-            let lost = self.slots().map(timing).filter(|timing| timing.floor.recently_lost() > 0);
+            let lost = bits(jobs).map(timing).filter(|timing| timing.floor.recently_lost() > 0);
             let level = lost.map(|timing| timing.value).max();
-            let first = self.slots().next().map(|slot| self.jobs[slot].task);
-            if self.slots().any(|slot| Some(self.jobs[slot].task) != first) {
+            let first = bits(jobs).next().map(|slot| self.jobs[slot].task);
+            if bits(jobs).any(|slot| Some(self.jobs[slot].task) != first) {
                 let is_owed = |job: &Job<C>| !self.floor_of(job).spares(job.index);
-                let owed = those(self.in_flight, |slot| is_owed(&self.jobs[*slot]));
-                self.slots().for_each(|slot| ranks[slot] = Some(self.band_rank(slot, owed, level)));
+                let owed = those(jobs, |slot| is_owed(&self.jobs[*slot]));
+                bits(jobs).for_each(|slot| ranks[slot] = Some(self.band_rank(slot, owed, level)));
             }
-        } else {
-            self.press_until(Instant::ZERO);
         }
-        self.band_by(|one, other| ranks[one] < ranks[other])
+        self.band_by(self.in_flight, |one, other| ranks[one] < ranks[other])
     }
 
     /// What orders bands: the rank, with what has started as owed as what its floor needs of its task; above the level

@@ -1,6 +1,7 @@
 //! Bands of the jobs in flight: ranks before keys while there is pressure (8.10).
 
 use std::cmp::Reverse;
+use std::collections::BTreeSet;
 
 use super::Sim;
 use super::job::Job;
@@ -23,55 +24,89 @@ pub(super) type Place = (Band, Reverse<i128>);
 pub(super) const NEW: Place = (Band::Lowest, Reverse(i128::MAX));
 
 impl Sim<'_> {
-    /// What each look begins with: whether there is pressure, and the band of each job in flight.
+    /// What each look begins with: where there is pressure, and the band of each job in flight.
     pub(super) fn give_bands(&mut self, now: u64) {
         for job in &mut self.jobs {
             job.band = NEW;
         }
+        let time = |&at: &usize| self.jobs[at].due - i128::from(self.jobs[at].release);
+        let late = self.late_ones(now);
+        let mut until = self.pressure_until.clone();
+        for (pools, tied) in self.ties(&late) {
+            let longest = tied.iter().map(time).max().unwrap_or(0);
+            let longest_late = late.iter().filter(|at| tied.contains(at)).map(time).max().unwrap_or(0);
+            let end = i128::from(now) + (2 * longest).min(16 * longest_late);
+            pools.into_iter().for_each(|pool| until[pool] = until[pool].max(end));
+        }
+        self.pressed = until.iter().map(|&until| i128::from(now) < until).collect();
+        self.pressure_until = until;
+        let under: Vec<usize> =
+            (0..self.jobs.len()).filter(|&at| self.jobs[at].pools().any(|pool| self.pressed[pool])).collect();
+        for (_, tied) in self.ties(&under) {
+            let level = self.level(&tied);
+            for &at in &tied {
+                self.jobs[at].band.0 = self.band(at, &tied, level, now);
+            }
+        }
+        self.go_by_deadline(now);
+    }
+
+    /// Positions of the jobs that would be late.
+    fn late_ones(&self, now: u64) -> Vec<usize> {
         let all: Vec<usize> = (0..self.jobs.len()).collect();
         let fates = self.forward(&all, now);
-        let relative = |job: &Job| job.due - i128::from(job.release);
-        let late = fates.iter().filter(|fate| self.is_late(fate)).map(|fate| relative(&self.jobs[fate.job]));
-        if let Some(longest_late) = late.max() {
-            let longest = self.jobs.iter().map(relative).max().unwrap_or(0);
-            let time = (2 * longest).min(16 * longest_late);
-            self.pressure_until = self.pressure_until.max(i128::from(now) + time);
-        }
-        self.pressed = i128::from(now) < self.pressure_until;
-        if self.pressed {
-            let level = self.level();
-            let bands: Vec<Band> = self.jobs.iter().map(|job| self.band(job, level, now)).collect();
-            for (job, band) in self.jobs.iter_mut().zip(bands) {
-                job.band.0 = band;
+        fates.iter().filter(|fate| self.is_late(fate)).map(|fate| fate.job).collect()
+    }
+
+    /// Pools, and all jobs in flight that need any of them: those that hang together with these jobs.
+    fn ties(&self, jobs: &[usize]) -> Vec<(BTreeSet<usize>, Vec<usize>)> {
+        let mut ties: Vec<(BTreeSet<usize>, Vec<usize>)> = Vec::new();
+        for &first in jobs {
+            if ties.iter().any(|(_, tied)| tied.contains(&first)) {
+                continue;
             }
-            self.go_by_deadline(&all, now);
+            let mut pools: BTreeSet<usize> = self.jobs[first].pools().collect();
+            for _ in 0..self.workload.pools.len() {
+                for job in &self.jobs {
+                    if job.pools().any(|pool| pools.contains(&pool)) {
+                        pools.extend(job.pools());
+                    }
+                }
+            }
+            let needs = |at: &usize| self.jobs[*at].pools().any(|pool| pools.contains(&pool));
+            let tied = (0..self.jobs.len()).filter(needs).collect();
+            ties.push((pools, tied));
+        }
+        ties
+    }
+
+    /// Orders jobs of a band by deadline, where those that are tied to a late one are of one value, and only so none of them is late.
+    fn go_by_deadline(&mut self, now: u64) {
+        let late = self.late_ones(now);
+        let value = |at: usize| self.workload.tasks[self.jobs[at].task].value;
+        let alike = |tied: &Vec<usize>| tied.iter().all(|&at| value(at) == value(tied[0]));
+        let all: Vec<usize> =
+            self.ties(&late).into_iter().map(|(_, tied)| tied).filter(alike).flatten().collect();
+        for &at in &all {
+            self.jobs[at].band.1 = Reverse(self.jobs[at].due);
+        }
+        if self.late_ones(now).iter().any(|at| all.contains(at)) {
+            all.iter().for_each(|&at| self.jobs[at].band.1 = NEW.1);
         }
     }
 
-    /// Orders jobs of a band by deadline, where all are of one value and only so nobody is late.
-    fn go_by_deadline(&mut self, all: &[usize], now: u64) {
-        let value = |job: &Job| self.workload.tasks[job.task].value;
-        let one_value = self.jobs.iter().all(|job| value(job) == value(&self.jobs[0]));
-        let is_anybody_late = |sim: &Self| sim.forward(all, now).iter().any(|fate| sim.is_late(fate));
-        if !one_value || !is_anybody_late(self) {
-            return;
-        }
-        self.jobs.iter_mut().for_each(|job| job.band.1 = Reverse(job.due));
-        if is_anybody_late(self) {
-            self.jobs.iter_mut().for_each(|job| job.band.1 = NEW.1);
-        }
-    }
-
-    /// The largest value of a task with a job in flight that lost one of its last jobs; nothing is below all values.
-    fn level(&self) -> Option<u32> {
-        let losing = self.jobs.iter().map(|job| job.task).filter(|&task| self.recently_lost(task, &[]) > 0);
+    /// The largest value of a task with one of these jobs that lost one of its last jobs; nothing is below all values.
+    fn level(&self, tied: &[usize]) -> Option<u32> {
+        let losing =
+            tied.iter().map(|&at| self.jobs[at].task).filter(|&task| self.recently_lost(task, &[]) > 0);
         losing.map(|task| self.workload.tasks[task].value).max()
     }
 
-    fn band(&self, job: &Job, level: Option<u32>, now: u64) -> Band {
+    fn band(&self, at: usize, tied: &[usize], level: Option<u32>, now: u64) -> Band {
+        let job = &self.jobs[at];
         let (in_time, _, value, _) = self.rank(job, &[], now);
         let owed = self.is_owed(job);
-        let one_task = self.jobs.iter().all(|other| other.task == job.task);
+        let one_task = tied.iter().all(|&other| self.jobs[other].task == job.task);
         if one_task || in_time && (owed || Some(value) > level) {
             Band::Highest
         } else {

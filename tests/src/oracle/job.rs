@@ -55,6 +55,11 @@ pub(super) struct Job {
 }
 
 impl Job {
+    /// The pools of its nodes.
+    pub(super) fn pools(&self) -> impl Iterator<Item = usize> + '_ {
+        self.graph.nodes.iter().map(|node| node.pool)
+    }
+
     pub(super) fn is_complete(&self) -> bool {
         self.state.iter().all(|&state| state == State::Done)
     }

@@ -11,7 +11,7 @@ impl Sim<'_> {
     /// Until when the pool starts nothing, though its queue is not empty.
     pub(super) fn waits_until(&mut self, pool: usize, now: u64) -> Option<u64> {
         let looks = self.policy == Policy::RedrtLookahead;
-        if !looks && !self.pressed || self.workload.pools[pool].memory_bytes.is_some() {
+        if !looks && !self.pressed[pool] || self.workload.pools[pool].memory_bytes.is_some() {
             return None;
         }
         let &(task, index, node) = self.queue(pool).first()?;
@@ -38,9 +38,10 @@ impl Sim<'_> {
             }
         }
         let is_in_time = take(&mut before, head) <= head.0;
-        if self.pressed && until.iter().any(|&(_, above)| above) {
+        if self.pressed[pool] && until.iter().any(|&(_, above)| above) {
             let longest = self.workload.tasks[task].deadline_ns.max(self.gap(task).unwrap_or(0));
-            self.pressure_until = self.pressure_until.max(i128::from(now) + 2 * i128::from(longest));
+            let end = i128::from(now) + 2 * i128::from(longest);
+            self.pressure_until[pool] = self.pressure_until[pool].max(end);
         }
         until.into_iter().filter(|&(_, above)| above || is_in_time).map(|(at, _)| at).min()
     }
@@ -72,8 +73,8 @@ impl Sim<'_> {
         for (task, model) in self.workload.tasks.iter().enumerate() {
             let Some((at, graph)) = self.expected_release(task) else { continue };
             let next = (self.floor_needs_job(task, self.next_index(task), &[]), model.value);
-            let above = next > least && (self.pressed || looks && next.0);
-            if self.pressed && !above && model.value < own {
+            let above = next > least && (self.pressed[pool] || looks && next.0);
+            if self.pressed[pool] && !above && model.value < own {
                 continue;
             }
             let keys = keys::at_release(self.policy, &graph, at, model.deadline_ns);

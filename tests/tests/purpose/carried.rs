@@ -1,8 +1,9 @@
 //! What fits needs no rule for overload, whoever waits behind whom.
 
-use super::sets::{Set, Task, Wish, nodes};
+use super::sets::{Set, Task, Times, Wish, nodes};
 use super::{SECOND_NS, VALUES, kinds};
-use red_sim::{Execution, Options, World, simulate_in};
+use red_sim::{Execution, Options, World, simulate, simulate_in};
+use red_tests::oracle;
 use red_tests::rng::Rng;
 use red_workload::build::Numbered;
 use red_workload::policy::Policy;
@@ -107,6 +108,46 @@ fn a_tight_task_of_value_does_not_wait_for_long_nodes() {
             );
         }
     }
+}
+
+/// Tasks of another pool are on time as they were, however much is asked of this one.
+#[test]
+fn overload_of_one_pool_leaves_another_alone() {
+    let mut fit = 0;
+    for seed in 0..80 {
+        let wish = Wish {
+            tasks: (2, 4),
+            lanes: 2,
+            load_percent: 95,
+            times: Times::Wcet,
+            values: VALUES,
+            floors: true,
+        };
+        let (own, other) =
+            (Set::draw(seed, wish), Set::draw(seed + 1_000, Wish { load_percent: 200, ..wish }));
+        let elsewhere = other
+            .file()
+            .replace("name = \"t", "name = \"other")
+            .replace("name = \"cpu\"", "name = \"gpu\"")
+            .replace("[[task.node]]\n", "[[task.node]]\npool = \"gpu\"\n");
+        let ends = |file: &str| {
+            let workload =
+                parse(file.as_bytes(), Format::Toml, "apart.toml").unwrap_or_else(|e| panic!("{e}\n{file}"));
+            let report =
+                simulate(&workload, &red_tests::differential::options(oracle::Policy::Redrt, SECOND_NS))
+                    .expect("it fits");
+            let jobs = report.jobs.into_iter().take(own.tasks.len());
+            jobs.map(|task| task.iter().map(|job| (job.at_ns, job.shed)).collect()).collect::<Vec<Vec<_>>>()
+        };
+        let alone = ends(&own.file());
+        if alone.iter().flatten().any(|(_, shed)| shed.is_some()) {
+            continue;
+        }
+        fit += 1;
+        let both = format!("{}{elsewhere}", own.file());
+        assert_eq!(alone, ends(&both), "seed {seed}:\n{both}");
+    }
+    assert!(fit >= 40, "{fit} sets fit");
 }
 
 /// The job of `map` that is its first takes all of its WCET, later ones an eighth.

@@ -69,24 +69,28 @@ impl Asked {
     }
 }
 
-/// Why a task loses what it loses; `options` are those of the simulation that showed it.
+/// Why a task loses what it loses; `options` are those of the simulation that showed it. `between` is what it loses where times vary.
 pub(super) fn of(
     workload: &Workload,
     asked: &Asked,
     options: &Options,
     task: usize,
     losses: &Losses,
+    between: Option<&Losses>,
 ) -> Result<String, Failure> {
-    let head = format!("task `{}` loses {} of {} jobs", losses.name, losses.lost(), losses.released);
+    let mut head = format!("task `{}` loses {} of {} jobs", losses.name, losses.lost(), losses.released);
     if losses.lost() == 0 {
-        return Ok(head);
-    }
-    let alone = simulate(&alone(workload, task), options)?.tasks.first().map_or(0, |task| task.missed);
-    if alone >= losses.lost() {
-        return Ok(format!(
-            "{head}: even alone it would lose {alone}, for {}",
-            by_itself(workload, asked, task)
-        ));
+        let Some(between) = between.filter(|between| between.lost() > 0) else { return Ok(head) };
+        head += &format!(", and {} where times vary", between.lost());
+    } else {
+        let alone = simulate(&alone(workload, task), options)?.tasks.first().map_or(0, |task| task.missed);
+        if alone >= losses.lost() {
+            let cause = by_itself(workload, asked, task, losses);
+            return Ok(format!("{head}: even alone it would lose {alone}, for {cause}"));
+        }
+        if alone > 0 {
+            head += &format!(", {alone} of them even alone");
+        }
     }
     let mut sentence = format!("{head}: {}", rank(workload, asked, task));
     if let Some((pool, ppm)) = asked.busiest(workload, task, |_| true) {
@@ -96,9 +100,6 @@ pub(super) fn of(
         } else {
             format!("; pool `{name}` is asked for only {lanes}, but deadlines are too short to wait for all")
         };
-    }
-    if alone > 0 {
-        sentence += &format!("; {alone} it would lose even alone");
     }
     Ok(sentence)
 }
@@ -113,15 +114,24 @@ fn alone(workload: &Workload, task: usize) -> Workload {
     }
 }
 
-fn by_itself(workload: &Workload, asked: &Asked, task: usize) -> String {
+fn by_itself(workload: &Workload, asked: &Asked, task: usize, losses: &Losses) -> String {
     let (longest_ns, deadline_ns) = (asked.longest_ns[task], workload.tasks[task].deadline_ns);
+    let [longest, deadline] = [longest_ns, deadline_ns].map(Duration::from_nanos);
     if longest_ns > deadline_ns {
-        let [longest, deadline] = [longest_ns, deadline_ns].map(Duration::from_nanos);
         return format!("its longest path of {longest} exceeds its deadline of {deadline}");
     }
     match asked.busiest(workload, task, |other| other == task).filter(|(_, ppm)| *ppm > WHOLE_PPM) {
         Some((pool, ppm)) => {
-            format!("it asks for {} of pool `{}`", lanes(workload, pool, ppm), workload.pools[pool].name)
+            let load =
+                format!("it asks for {} of pool `{}`", lanes(workload, pool, ppm), workload.pools[pool].name);
+            // More than that by one in twenty.
+            let too_many = (u128::from(losses.released) * (ppm - WHOLE_PPM)).div_ceil(ppm);
+            if 20 * u128::from(losses.lost()) <= 21 * too_many {
+                return load;
+            }
+            format!(
+                "{load}, which costs {too_many}, and its deadline of {deadline} is too near its longest path of {longest} to use all of the lanes"
+            )
         }
         None => "its deadline is too short for its work on these lanes".to_owned(),
     }
@@ -151,10 +161,8 @@ fn rank(workload: &Workload, asked: &Asked, task: usize) -> String {
         parts.push(format!("its value {value} is below that of {}", names(&above)));
     }
     if !equal.is_empty() {
-        parts.push(format!(
-            "its value {value} is also that of {}, and among equals as many go as fit",
-            names(&equal)
-        ));
+        parts
+            .push(format!("its value {value} is also that of {}, and equals share the lanes", names(&equal)));
     }
     if !floors.is_empty() {
         parts.push(format!("jobs that a floor cannot spare come first, of {}", names(&floors)));

@@ -108,7 +108,7 @@ fn stepped(workload: &Workload, until_ms: u64) -> Sim<'_> {
 fn pressure_is_of_a_schedule_with_all_in_one_band() {
     // By bands low/2 would run from 61 to 71 and be late. By keys it ends at 50, and second at 71.
     let workload = workload(1, vec![first(30), low(1), single("second", 2, 40, 21, 45)]);
-    let pressure = |until_ms: u64| stepped(&workload, until_ms).pressure_until / i128::from(MS);
+    let pressure = |until_ms: u64| stepped(&workload, until_ms).pressure_until[0] / i128::from(MS);
     assert_eq!([0, 20, 40].map(pressure), [60, 80, 80]);
     // From 60 on it is late by keys, too.
     assert_eq!(pressure(60), 150);
@@ -153,6 +153,39 @@ fn what_has_started_is_owed_with_another_of_its_task() {
 fn jobs_of_one_task_are_of_one_band() {
     let workload = workload(1, vec![every(once("only", 30, vec![node("n", 20, &[])]), 10)]);
     let sim = stepped(&workload, 50);
-    assert!(sim.pressure_until > 50 * i128::from(MS) && sim.jobs.len() > 1);
+    assert!(sim.pressure_until[0] > 50 * i128::from(MS) && sim.jobs.len() > 1);
     assert!(sim.jobs.iter().all(|job| job.band.0 == Band::Highest));
+}
+
+#[test]
+fn under_pressure_a_long_node_waits_for_the_next_job_of_a_higher_rank() {
+    let every_20 = |name: &str, value: u32, cost_ms: u64, deadline_ms: u64| Task {
+        value,
+        ..every(once(name, deadline_ms, vec![node("n", cost_ms, &[])]), 20)
+    };
+    let of = |value: u32, floor: Option<(u32, u32)>, policy: Policy| {
+        let tight = Task { floor, ..every_20("tight", value, 16, 20) };
+        lines(&simulate(&workload(1, vec![tight, every_20("long", 1, 24, 200)]), policy, 100 * MS))
+    };
+    // Job 1 of tight, of 20, is lost to the first long node. From 56 on the lane waits.
+    let waits = [
+        "tight/0/n 0 0..16",
+        "long/0/n 0 16..40",
+        "tight/2/n 0 40..56",
+        "tight/3/n 0 60..76",
+        "tight/4/n 0 80..96",
+    ];
+    assert_eq!(of(2, None, Policy::Redrt), waits);
+    // Not for its equal.
+    assert_eq!(of(1, None, Policy::Redrt)[..4], [waits[0], waits[1], waits[2], "long/1/n 0 56..80"]);
+    // For what a floor cannot spare lookahead waits from the start.
+    let whole = [
+        "tight/0/n 0 0..16",
+        "tight/1/n 0 20..36",
+        "tight/2/n 0 40..56",
+        "tight/3/n 0 60..76",
+        "tight/4/n 0 80..96",
+    ];
+    assert_eq!(of(2, Some((1, 1)), Policy::RedrtLookahead), whole);
+    assert_eq!(of(2, Some((1, 1)), Policy::Redrt), waits);
 }
