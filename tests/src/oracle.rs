@@ -215,7 +215,8 @@ impl<'a> Sim<'a> {
             let ended = self.complete(now);
             let edited = self.edit(now);
             let released = first && self.release(now);
-            self.look_due |= released;
+            // Who was waited for is later than it was to be.
+            self.look_due |= released || self.wake.is_some_and(|wake| wake <= now);
             let tick = first && self.policy.monitors() && now.is_multiple_of(TICK_NS);
             if tick {
                 self.observe(now);

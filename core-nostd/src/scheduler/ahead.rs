@@ -63,6 +63,12 @@ impl<C: Capacity> Scheduler<C> {
         Some(self.told(slot, rank, lane, self.now, output))
     }
 
+    /// The cost of what waits on a lane; 0 of what nobody needs any more.
+    pub(super) fn promised_cost(&self, lane: usize) -> u64 {
+        let Beside { slot, rank, broken, .. } = self.beside[lane];
+        if broken { 0 } else { self.node(slot.into(), rank.into()).cost() }
+    }
+
     /// How many predecessors of a rank run, and on which lanes.
     pub(super) fn leaders(&self, slot: usize, rank: usize) -> (u8, u32) {
         let (job, version) = (&self.jobs[slot], self.version(slot));
@@ -73,7 +79,8 @@ impl<C: Capacity> Scheduler<C> {
     /// Promises a lane, if there is a node for it. Time bound: O(lanes * nodes + jobs).
     #[cold]
     pub(super) fn promise(&mut self, pool: usize) -> Option<UnitId> {
-        let (slot, rank, lane) = self.foreseen(pool)?;
+        let (slot, rank, lane) =
+            self.foreseen(pool).filter(|(slot, rank, _)| self.may_start(pool, *slot, *rank))?;
         let node = self.version(slot).order[rank];
         let memory = self.footprint(slot, rank, pool);
         self.counters.units += 1;

@@ -7,17 +7,21 @@
 //! the head has taken one, and once before it. If one starts after its key in the first case only, and the head not after
 //! its own in the second, the pool starts nothing until something happens or that node should be ready.
 //! Under pressure those that would not go before the head all the same are left out.
-//! *Of a higher rank.* Under pressure, with or without that gate, the sources of a next job of higher rank than the head's
-//! count whatever the head's key is, and the pool waits for them even if the head is late by that. With the gate,
-//! so does without pressure the next job that its floor cannot spare. A release that is late is waited for for an eighth of its period.
+//! *Of a higher rank.* Under pressure, with or without that gate, the next job of a task of higher rank counts whatever the head's
+//! key is, where it first needs the pool, and the head waits for it even if it is late by that; others that are ready and need not wait
+//! go before it. With the gate, so does without pressure the next job that its floor cannot spare. A late release is waited for for
+//! an eighth of its period. What cannot be in time alone, or lost all of late, is waited for by nobody, but for one probe in 16.
 //! *Why it ends.* A head that may be late for its key waits no longer, and each wait ends at an instant that is told. For a
 //! higher rank it waits as long as it would take the lane of each next job; but a probe only for what a floor cannot spare.
 
-use super::Scheduler;
+use super::standing::PROBE;
+use super::{Scheduler, bits, tasks::Task};
 use crate::capacity::{Capacity, Empty};
 use crate::config::Gate;
+use crate::graph::NodeSet;
 use crate::id::UnitId;
-use crate::time::Instant;
+use crate::policy::floor::RECENT;
+use crate::time::{Duration, Instant};
 
 /// The part of a period for which a release may be late and is waited for.
 const PATIENCE: u64 = 8;
@@ -34,8 +38,20 @@ crate::capacity::stored! {
     }
 }
 
+/// Why a node does not start.
+#[derive(Clone, Copy, Debug)]
+struct Wait {
+    /// Until when, in nanoseconds.
+    until: u64,
+    /// For how long there is pressure then, where it is for a higher rank.
+    for_rank: Option<Duration>,
+    /// Whether the pool starts nothing else either.
+    closes: bool,
+}
+
 impl<C: Capacity> Scheduler<C> {
-    /// Starts the head of a pool with regard to memory, shared results and what comes soon, or nothing. Time bound: O(jobs * nodes * lanes).
+    /// Starts the head of a pool with regard to memory, shared results and what comes soon, or another node in its stead, or
+    /// nothing. Time bound: O(jobs * nodes * (lanes + edges + tasks * (nodes + k))), where anything comes soon.
     #[cold]
     #[inline(never)]
     pub(super) fn start_with_care(
@@ -45,45 +61,59 @@ impl<C: Capacity> Scheduler<C> {
         rank: usize,
         lane: usize,
     ) -> Option<UnitId> {
-        let limited = self.pools[pool].limited;
-        let waits = self.config.gate == Gate::Lookahead || self.is_pressed(pool);
-        if waits && !limited && !self.config.preempt && self.holds_back(pool, slot, rank) {
-            return None;
-        }
+        let (slot, rank) = self.unheld(pool, slot, rank)?;
         self.reopen();
         let version = self.version(slot);
-        if limited || version.encoders.contains(rank) || version.decoders.contains(rank) {
+        if self.pools[pool].limited || version.encoders.contains(rank) || version.decoders.contains(rank) {
             return self.start_special(slot, rank, lane);
         }
         Some(self.start(slot, rank, version.order[rank], lane))
     }
 
-    fn holds_back(&mut self, pool: usize, slot: usize, rank: usize) -> bool {
-        let (now, lanes) = (self.now.as_nanos(), self.pools[pool].lanes);
+    /// The head if it may start; else the first node that may, or none.
+    fn unheld(&mut self, pool: usize, slot: usize, rank: usize) -> Option<(usize, usize)> {
+        let Some(wait) = self.wait_of(pool, slot, rank) else { return Some((slot, rank)) };
+        self.monitor.wake = self.monitor.wake.min(Instant::from_nanos(wait.until));
+        self.alarm = self.alarm.min(self.monitor.wake);
+        if let Some(time) = wait.for_rank.filter(|_| self.is_pressed(pool)) {
+            self.press(pool, self.now.saturating_add(time));
+        }
+        if wait.closes {
+            None
+        } else {
+            self.most_pressing(pool, |slot, rank| self.may_start(pool, slot, rank))
+        }
+    }
+
+    /// Whether a node that is ready need not wait for one that is soon ready.
+    pub(super) fn may_start(&self, pool: usize, slot: usize, rank: usize) -> bool {
+        self.wait_of(pool, slot, rank).is_none()
+    }
+
+    /// What a node has to wait for, if it should start now. Time bound: O(jobs * nodes + edges + tasks * (nodes + k) + lanes^2).
+    fn wait_of(&self, pool: usize, slot: usize, rank: usize) -> Option<Wait> {
         let (looks, is_pressed) = (self.config.gate == Gate::Lookahead, self.is_pressed(pool));
+        if !(looks || is_pressed) || self.pools[pool].limited || self.config.preempt {
+            return None;
+        }
+        let (now, lanes) = (self.now.as_nanos(), self.pools[pool].lanes);
         let key_of = |slot: usize, rank| self.jobs[slot].key_of(self.version(slot), rank, self.residual);
         let head = Soon { key: key_of(slot, rank), at: now, cost: self.at_most(slot, rank), outranks: false };
-        // When the unit on a lane has run its cost, if a job in flight needs it.
-        let mut ends = <C::Lanes<u64>>::EMPTY;
-        for (slot, rank) in self.slots().flat_map(|s| self.jobs[s].running.iter().map(move |r| (s, r))) {
-            let lane = usize::from(self.jobs[slot].place[rank]);
-            let left = self.node(slot, rank).cost().saturating_sub(self.executed_on(lane).as_nanos());
-            ends[lane] = ends[lane].max(now.saturating_add(left));
-        }
+        let ends = self.lanes_end();
         let end = now.saturating_add(head.cost);
         let latest = head.key.min(signed(end));
         let mut soon = <C::Lanes<Soon>>::EMPTY;
         soon.as_mut().fill(Soon { key: i64::MAX, ..Soon::EMPTY });
         let mut meet = |mut node: Soon| {
             let before = if node.outranks { signed(end) } else { latest };
-            if node.at > now && node.at < end && node.key < before && (looks || node.outranks) {
+            if node.at > now && node.at < end && node.key < before {
                 for place in soon.as_mut().iter_mut().take(lanes.count_ones() as usize) {
                     (*place, node) = (node.min(*place), node.max(*place));
                 }
             }
         };
-        let (band, value) = (self.jobs[slot].band, self.tasks[self.jobs[slot].task.index()].timing.value);
-        for slot in self.slots().filter(|slot| self.jobs[*slot].band >= band) {
+        let (band, timing) = (self.jobs[slot].band, &self.tasks[self.jobs[slot].task.index()].timing);
+        for slot in self.slots().filter(|slot| looks && self.jobs[*slot].band >= band) {
             let (job, version) = (&self.jobs[slot], self.version(slot));
             for rank in version.in_pool[pool].without(&job.done).without(&job.running).iter() {
                 let runs = job.running.iter().filter(|r| version.successors[*r].contains(rank));
@@ -96,25 +126,34 @@ impl<C: Capacity> Scheduler<C> {
             }
         }
         let rank_of_head = self.rank(&self.jobs[slot], slot, self.floor_of(&self.jobs[slot])).beside_next();
-        let tasks = self.tasks.as_ref().iter().filter(|task| task.admitted && task.next_job > 0);
-        for task in tasks {
+        let mut longest = Duration::ZERO;
+        for task in self.tasks.as_ref().iter().filter(|task| task.admitted && task.next_job > 0) {
             let Some(period) = task.timing.period() else { continue };
             let version = task.newest();
             let next = (!task.timing.floor.spares(task.next_job), task.timing.value);
-            let is_above = next > rank_of_head && (is_pressed || looks && next.0);
-            if is_pressed && !is_above && next.1 < value {
+            let is_above = next > rank_of_head && (is_pressed || looks && next.0) && self.can_gain(task);
+            if !is_above && (!looks || is_pressed && next.1 < timing.value) {
                 continue;
             }
             let due = task.released.saturating_add(period).as_nanos();
+            let mut firsts = version.sources.and(&version.in_pool[pool]);
+            if is_above {
+                longest = longest.max(task.timing.deadline);
+                let mut after = NodeSet::EMPTY;
+                version.in_pool[pool].iter().for_each(|rank| after.extend(&version.successors[rank]));
+                firsts = version.in_pool[pool].without(&after);
+            }
             let patience = due.saturating_add(period.as_nanos() / PATIENCE);
-            let at = if is_above && due <= now && now < patience { patience } else { due };
-            for rank in version.sources.and(&version.in_pool[pool]).iter() {
-                let cost = task.nodes[usize::from(version.order[rank])].cost();
+            let from = if is_above && due <= now && now < patience { patience } else { due };
+            for rank in firsts.iter() {
+                // What is before it leaves it no more than what the whole job has to spare.
+                let spare = version.key[rank].saturating_sub(version.slack).max(0).cast_unsigned();
+                let before = if version.sources.contains(rank) { 0 } else { spare };
+                let at = from.saturating_add(before);
                 let key = signed(due).saturating_add(version.key[rank]);
-                // What cannot be in time even by itself is not waited for.
-                let outranks = is_above && version.key[rank] >= 0;
-                let key = if at > due { key.max(signed(at)) } else { key };
-                meet(Soon { key, at, cost, outranks });
+                let key = if from > due { key.max(signed(at)) } else { key };
+                let cost = task.nodes[usize::from(version.order[rank])].cost();
+                meet(Soon { key, at, cost, outranks: is_above });
             }
         }
         let mut free = <C::Lanes<u64>>::EMPTY;
@@ -135,15 +174,33 @@ impl<C: Capacity> Scheduler<C> {
         }
         let is_in_time = take::<C>(&mut free, &head) <= head.key;
         let until = if is_in_time { until } else { until_above };
-        let waits = until < u64::MAX;
-        if until_above < u64::MAX {
-            self.prolong_pressure(pool, self.jobs[slot].task.index());
+        let own = timing.deadline.max(timing.period().unwrap_or_default()).as_nanos().saturating_mul(2);
+        let time = Duration::from_nanos(own.min(longest.as_nanos().saturating_mul(16)));
+        let for_rank = (until_above < u64::MAX).then_some(time);
+        (until < u64::MAX).then_some(Wait { until, for_rank, closes: for_rank.is_none() })
+    }
+
+    /// When each lane has run the cost of its unit, if a job in flight needs it, and of what waits on it.
+    fn lanes_end(&self) -> C::Lanes<u64> {
+        let now = self.now.as_nanos();
+        let mut ends = <C::Lanes<u64>>::EMPTY;
+        for (slot, rank) in self.slots().flat_map(|s| self.jobs[s].running.iter().map(move |r| (s, r))) {
+            let lane = usize::from(self.jobs[slot].place[rank]);
+            let left = self.node(slot, rank).cost().saturating_sub(self.executed_on(lane).as_nanos());
+            ends[lane] = ends[lane].max(now.saturating_add(left));
         }
-        if waits {
-            self.monitor.wake = self.monitor.wake.min(Instant::from_nanos(until));
-            self.alarm = self.alarm.min(self.monitor.wake);
+        for lane in bits(self.promised.into()) {
+            let left = self.promised_cost(lane);
+            ends[lane] = ends[lane].max(now).saturating_add(left);
         }
-        waits
+        ends
+    }
+
+    /// Whether the next job of a task could be in time alone, by its WCET and by how its last ones fared.
+    fn can_gain(&self, task: &Task<C>) -> bool {
+        let version = task.newest();
+        let may_win = task.timing.floor.recently_lost() < RECENT || task.next_job.is_multiple_of(PROBE);
+        version.slack >= 0 && version.pool_mask & self.lost == 0 && may_win
     }
 }
 

@@ -27,7 +27,9 @@ impl<C: Capacity> Scheduler<C> {
         self.pool_numbers().filter(|pool| self.pools[*pool].free != 0).any(|pool| {
             let first = self.slots().filter_map(|slot| head(slot, pool)).min();
             first.is_some_and(|(_, slot, rank)| {
-                self.next_that_fits(pool, slot, rank).is_some() || self.is_drained(pool)
+                let fits = self.next_that_fits(pool, slot, rank).is_some() || self.is_drained(pool);
+                let may_start = |slot, rank| self.may_start(pool, slot, rank);
+                fits && (may_start(slot, rank) || self.most_pressing(pool, may_start).is_some())
             })
         })
     }

@@ -111,11 +111,13 @@ impl<C: Capacity> Scheduler<C> {
         if fires {
             self.drop_least_urgent();
         }
+        if self.now >= self.monitor.wake {
+            // Who waited is later than it was to be.
+            self.monitor.is_worse |= ours;
+            self.reopen();
+        }
         if ours && (self.monitor.is_worse || self.now >= self.outrun_at()) {
             self.look();
-        }
-        if self.now >= self.monitor.wake {
-            self.reopen();
         }
         self.alarm = self.next_tick().min(self.late_at()).min(self.monitor.wake);
         if ours && self.in_flight != 0 {

@@ -126,6 +126,7 @@ impl<C: Capacity> Scheduler<C> {
         let there = self.pool_mut(pool).is_some();
         if there {
             self.lost |= 1 << pool.index();
+            self.reopen();
             self.slots().for_each(|slot| self.end_if_lost(slot));
             self.worsened();
         }

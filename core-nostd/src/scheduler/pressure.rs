@@ -102,20 +102,11 @@ impl<C: Capacity> Scheduler<C> {
     }
 
     /// There is pressure in a pool at least until an instant: heads start with a look at ranks.
-    fn press(&mut self, pool: usize, until: Instant) {
+    pub(super) fn press(&mut self, pool: usize, until: Instant) {
         let pool = &mut self.pools[pool];
         if until > self.now {
             pool.pressed = pool.pressed.max(until);
             pool.is_plain = false;
-        }
-    }
-
-    /// In a pool a node of a task waits for a higher rank: pressure there stays until its next job has been there, if there is any.
-    pub(super) fn prolong_pressure(&mut self, pool: usize, task: usize) {
-        if self.is_pressed(pool) {
-            let timing = &self.tasks[task].timing;
-            let longest = timing.deadline.max(timing.period().unwrap_or_default());
-            self.press(pool, self.now.saturating_add(longest).saturating_add(longest));
         }
     }
 

@@ -13,7 +13,7 @@ use crate::time::Instant;
 use core::cmp::Reverse;
 
 /// One job in so many is a probe.
-const PROBE: u64 = 16;
+pub(super) const PROBE: u64 = 16;
 
 crate::capacity::values! {
     /// What a job is worth beside others, the least first.

@@ -142,6 +142,8 @@ impl<C: Capacity> Scheduler<C> {
             }
         }
         self.tasks[t].admitted = false;
+        // Nobody waits for it any more.
+        self.reopen();
         self.tasks[t].generation = self.tasks[t].generation.wrapping_add(1);
         true
     }

@@ -60,9 +60,12 @@ impl Sim<'_> {
             return false;
         }
         self.reassign(now);
-        if let Some(until) = self.waits_until(pool, now) {
+        let (goes, until) = self.first_to_start(pool, now);
+        if let Some(until) = until {
             self.wake = Some(self.wake.map_or(until, |wake| wake.min(until)));
-            return false;
+            let Some(goes) = goes else { return false };
+            self.start(pool, lane, goes, now);
+            return true;
         }
         if let Some(pick) = self.pick(pool) {
             if let Some(head) = pick.overtakes {

@@ -2,26 +2,48 @@
 
 use super::band::Place;
 use super::job::{Job, State, SubId};
-use super::{Policy, Sim, Unit, keys};
+use super::{PROBE_EVERY, Policy, Sim, Unit, keys};
+use crate::graph::Graph;
 
 /// A node that takes a lane: key, when it is ready, cost, whether its job is above the head's.
 type Soon = (i128, u64, u64, bool);
 
+/// Why a node does not start.
+struct Wait {
+    until: u64,
+    /// For how long there is pressure then, where it is for a higher rank.
+    for_rank: Option<i128>,
+}
+
 impl Sim<'_> {
-    /// Until when the pool starts nothing, though its queue is not empty.
-    pub(super) fn waits_until(&mut self, pool: usize, now: u64) -> Option<u64> {
+    /// The node that a pool starts, of those in its queue: the head, or the first that need not wait where that one waits for a
+    /// higher rank. Until when the pool waits, if it does.
+    pub(super) fn first_to_start(&mut self, pool: usize, now: u64) -> (Option<SubId>, Option<u64>) {
+        let queue = self.queue(pool);
+        let Some(&head) = queue.first() else { return (None, None) };
+        let Some(wait) = self.waits(pool, head, now) else { return (Some(head), None) };
+        if let Some(time) = wait.for_rank.filter(|_| self.pressed[pool]) {
+            self.pressure_until[pool] = self.pressure_until[pool].max(i128::from(now) + time);
+        }
+        // Of each job only its first that need not wait.
+        let goes = queue.into_iter().find(|&id| self.waits(pool, id, now).is_none());
+        (goes.filter(|_| wait.for_rank.is_some()), Some(wait.until))
+    }
+
+    /// What a node waits for.
+    fn waits(&self, pool: usize, (task, index, node): SubId, now: u64) -> Option<Wait> {
         let looks = self.policy == Policy::RedrtLookahead;
         if !looks && !self.pressed[pool] || self.workload.pools[pool].memory_bytes.is_some() {
             return None;
         }
-        let &(task, index, node) = self.queue(pool).first()?;
         let job = self.job(task, index)?;
         let head = (job.keys[node], now, job.graph.nodes[node].cost_ns, false);
         let end = now + head.2;
         let mut soon = if looks { self.behind_running(pool, job.band, now) } else { Vec::new() };
-        soon.extend(self.next_jobs(pool, job, looks, now));
+        let (next, longest) = self.next_jobs(pool, job, looks, now);
+        soon.extend(next);
         soon.retain(|&(key, at, _, above)| {
-            now < at && at < end && key < i128::from(end) && (above || looks && key < head.0)
+            now < at && at < end && key < i128::from(end) && (above || key < head.0)
         });
         soon.sort_unstable();
         soon.truncate(self.workload.pools[pool].lanes as usize);
@@ -38,12 +60,11 @@ impl Sim<'_> {
             }
         }
         let is_in_time = take(&mut before, head) <= head.0;
-        if self.pressed[pool] && until.iter().any(|&(_, above)| above) {
-            let longest = self.workload.tasks[task].deadline_ns.max(self.gap(task).unwrap_or(0));
-            let end = i128::from(now) + 2 * i128::from(longest);
-            self.pressure_until[pool] = self.pressure_until[pool].max(end);
-        }
-        until.into_iter().filter(|&(_, above)| above || is_in_time).map(|(at, _)| at).min()
+        let is_for_rank = until.iter().any(|&(_, above)| above);
+        let own = self.workload.tasks[task].deadline_ns.max(self.gap(task).unwrap_or(0));
+        let time = (2 * i128::from(own)).min(16 * i128::from(longest));
+        let until = until.into_iter().filter(|&(_, above)| above || is_in_time).map(|(at, _)| at).min()?;
+        Some(Wait { until, for_rank: is_for_rank.then_some(time) })
     }
 
     /// Nodes of the pool whose predecessors that are not done all run, of jobs of a band or above.
@@ -65,23 +86,46 @@ impl Sim<'_> {
         found
     }
 
-    /// Sources of the next job of each task that has released one, but under pressure not those below the head's value.
-    fn next_jobs(&self, pool: usize, head: &Job, looks: bool, now: u64) -> Vec<Soon> {
-        let mut found = Vec::new();
+    /// Nodes of the next job of each task that has released one: for a higher rank all that no other one of the pool is right before, else
+    /// sources. And the largest deadline of the former tasks.
+    fn next_jobs(&self, pool: usize, head: &Job, looks: bool, now: u64) -> (Vec<Soon>, u64) {
+        let (mut found, mut longest) = (Vec::new(), 0);
         let (_, needed, own, due) = self.rank(head, &[], now);
         let least = (needed, if due { u32::MAX } else { own });
         for (task, model) in self.workload.tasks.iter().enumerate() {
             let Some((at, graph)) = self.expected_release(task) else { continue };
             let next = (self.floor_needs_job(task, self.next_index(task), &[]), model.value);
-            let above = next > least && (self.pressed[pool] || looks && next.0);
-            if self.pressed[pool] && !above && model.value < own {
+            let slack = i128::from(model.deadline_ns) - self.least_time(&graph);
+            let lost_all = self.recently_lost(task, &[]) == PROBE_EVERY;
+            let can_gain = slack >= 0 && (!lost_all || self.next_index(task).is_multiple_of(PROBE_EVERY));
+            let above = next > least && (self.pressed[pool] || looks && next.0) && can_gain;
+            if !above && (!looks || self.pressed[pool] && model.value < own) {
                 continue;
             }
             let keys = keys::at_release(self.policy, &graph, at, model.deadline_ns);
-            let sources = graph.nodes.iter().zip(keys).filter(|(n, _)| n.pool == pool && n.preds.is_empty());
-            found.extend(sources.map(|(node, key)| (key, at, node.cost_ns, above && key >= i128::from(at))));
+            for (node, &key) in graph.nodes.iter().zip(&keys).filter(|(node, _)| node.pool == pool) {
+                let comes_first = node.preds.iter().all(|&pred| above && graph.nodes[pred].pool != pool);
+                if comes_first {
+                    let spare = if node.preds.is_empty() { 0 } else { (key - i128::from(at) - slack).max(0) };
+                    found.push((key, at + spare as u64, node.cost_ns, above));
+                }
+            }
+            if above {
+                longest = longest.max(model.deadline_ns);
+            }
         }
-        found
+        (found, longest)
+    }
+
+    /// The least time of a job at its costs: its longest path, and its work in each pool over the lanes.
+    fn least_time(&self, graph: &Graph) -> i128 {
+        let mut least = graph.longest_path(&graph.costs());
+        for (pool, model) in self.workload.pools.iter().enumerate() {
+            let work: u64 =
+                graph.nodes.iter().filter(|node| node.pool == pool).map(|node| node.cost_ns).sum();
+            least = least.max(work.div_ceil(model.lanes.into()));
+        }
+        i128::from(least)
     }
 
     /// From when on each lane of the pool is free, but those of units that nobody needs.
