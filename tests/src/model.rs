@@ -72,7 +72,7 @@ impl<'a> Model<'a> {
             else {
                 return false;
             };
-            let is_near = |at: u64| at + gap < end && now < at + gap + gap / 8;
+            let is_near = |at: u64| at + gap < end && now < at + gap + other.deadline_ns.max(gap / 8);
             (other.value > tasks[task].value || other.floor.is_some()) && released.is_some_and(is_near)
         })
     }
@@ -126,6 +126,8 @@ impl<'a> Model<'a> {
             // Under pressure ranks go before the keys of different jobs.
             let own = self.ready().filter(|n| (n.0, n.1) == (first.0, first.1));
             let waiting = own.filter(|n| self.jobs[&(n.0, n.1)].node(n.2).pool().index() == pool);
+            // Others go before one that waits for a higher rank.
+            let waiting = waiting.filter(|node| *node == first || !self.awaits_rank(*node, now));
             let least = waiting.map(|node| self.key(node)).min();
             assert_eq!(Some(self.key(first)), least, "at {now} ns in pool {pool}");
         }

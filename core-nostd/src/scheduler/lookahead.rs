@@ -144,14 +144,17 @@ impl<C: Capacity> Scheduler<C> {
                 firsts = version.in_pool[pool].without(&after);
             }
             let patience = due.saturating_add(period.as_nanos() / PATIENCE);
-            let from = if is_above && due <= now && now < patience { patience } else { due };
+            let is_late = is_above && due <= now;
+            if is_late && patience <= now {
+                continue;
+            }
             for rank in firsts.iter() {
                 // What is before it leaves it no more than what the whole job has to spare.
                 let spare = version.key[rank].saturating_sub(version.slack).max(0).cast_unsigned();
                 let before = if version.sources.contains(rank) { 0 } else { spare };
-                let at = from.saturating_add(before);
+                let at = if is_late { patience } else { due.saturating_add(before) };
                 let key = signed(due).saturating_add(version.key[rank]);
-                let key = if from > due { key.max(signed(at)) } else { key };
+                let key = if is_late { key.max(signed(at)) } else { key };
                 let cost = task.nodes[usize::from(version.order[rank])].cost();
                 meet(Soon { key, at, cost, outranks: is_above });
             }

@@ -202,6 +202,10 @@ impl<C: Capacity> Scheduler<C> {
     /// After an event or a start, if a pool holds its head back: all pools.
     fn reopen(&mut self) {
         if self.monitor.wake < Instant::MAX {
+            if self.now >= self.monitor.wake {
+                // Who waited is later than it was to be.
+                self.delayed();
+            }
             self.monitor.wake = Instant::MAX;
             self.activate_all();
         }

@@ -112,8 +112,6 @@ impl<C: Capacity> Scheduler<C> {
             self.drop_least_urgent();
         }
         if self.now >= self.monitor.wake {
-            // Who waited is later than it was to be.
-            self.monitor.is_worse |= ours;
             self.reopen();
         }
         if ours && (self.monitor.is_worse || self.now >= self.outrun_at()) {

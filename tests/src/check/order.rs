@@ -95,7 +95,7 @@ fn awaits_rank(facts: &Facts<'_>, wait: &Wait, now: u64) -> bool {
     let end = now + job.graph.nodes[wait.node].cost_ns;
     let is_above = |task: usize| tasks[task].value > tasks[job.task].value || tasks[task].floor.is_some();
     let mut others = facts.jobs.iter().filter(|other| is_above(other.task));
-    facts.policy == Policy::Redrt
+    facts.policy.is_ours()
         && (end > facts.horizon || others.any(|other| now < other.release && other.release < end))
 }
 
@@ -122,6 +122,12 @@ fn starts_in_order(
         let Some(first) = unit.members.iter().map(member).min() else { continue };
         for wait in waits.iter().filter(|wait| wait.order < first && wait.to > now) {
             if unit.members.iter().any(|&(job, _)| may_pass(facts, job, wait.job)) {
+                continue;
+            }
+            // Others go before one that waits for a higher rank, and with lookahead before others that wait.
+            let looks = facts.policy == Policy::RedrtLookahead;
+            let mut here = waits.iter().filter(|other| (other.from..other.to).contains(&now));
+            if awaits_rank(facts, wait, now) || looks && here.any(|other| awaits_rank(facts, other, now)) {
                 continue;
             }
             let ready = wait.from < now || wait.from == now && !late_in_instant(facts, wait);

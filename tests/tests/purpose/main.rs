@@ -4,6 +4,7 @@ mod carried;
 mod clock;
 mod sets;
 mod told;
+mod waits;
 
 use red_sim::simulate;
 use red_tests::differential::options;

@@ -1,0 +1,74 @@
+//! Lanes that wait for a higher rank: only for somebody who gains by it, and at nobody else's cost.
+
+use red_sim::simulate;
+use red_tests::differential::options;
+use red_tests::oracle;
+use red_workload::{Format, parse};
+
+/// Of each task of a file on one lane, and on one of a `gpu`: how many jobs are on time in 20 s, of how many that were due.
+fn on_time(tasks: &str) -> Vec<(u64, u64)> {
+    let pools = "[[pool]]\nname = 'cpu'\nlanes = 1\n[[pool]]\nname = 'gpu'\nlanes = 1\n";
+    let file = format!("{pools}{tasks}");
+    let workload =
+        parse(file.as_bytes(), Format::Toml, "waits.toml").unwrap_or_else(|e| panic!("{e}\n{file}"));
+    let options = options(oracle::Policy::Redrt, 20_000_000_000);
+    let report = simulate(&workload, &options).expect("it fits");
+    report.tasks.iter().map(|task| (task.on_time, task.on_time + task.missed)).collect()
+}
+
+/// A task with one node after another, each in a pool, all times in milliseconds.
+fn task(name: &str, rest: &str, period_deadline: (u64, u64), nodes: &[(&str, u64)]) -> String {
+    let (period, deadline) = period_deadline;
+    let mut text =
+        format!("[[task]]\nname = '{name}'\nperiod = '{period}ms'\ndeadline = '{deadline}ms'\n{rest}\n");
+    for (nth, (pool, wcet)) in nodes.iter().enumerate() {
+        let after = if nth > 0 { format!("after = ['n{}']", nth - 1) } else { String::new() };
+        text += &format!("[[task.node]]\nname = 'n{nth}'\npool = '{pool}'\nwcet = '{wcet}ms'\n{after}\n");
+    }
+    text
+}
+
+const LATE_ONCE: &str = "[[task]]\nname = 'late'\nonce = true\noffset = '1010ms'\ndeadline = '10ms'\n\
+                         [[task.node]]\nname = 'n'\nwcet = '9ms'\n";
+
+#[test]
+fn nobody_waits_for_a_task_that_cannot_be_in_time() {
+    // Four nodes of 10 ms side by side on one lane, due after 30.
+    let hopeless = "[[task]]\nname = 'hopeless'\nvalue = 1000\nperiod = '40ms'\ndeadline = '30ms'\n\
+                    node = [{ name = 'a', wcet = '10ms' }, { name = 'b', wcet = '10ms' }, { name = 'c', wcet = '10ms' }, \
+                    { name = 'd', wcet = '10ms' }]\n";
+    let long = task("long", "", (100, 100), &[("cpu", 65)]);
+    let found = on_time(&format!("{hopeless}{long}{LATE_ONCE}"));
+    assert!(found[1].0 + 2 >= found[1].1, "{found:?}");
+}
+
+#[test]
+fn what_fits_into_the_gap_does_not_wait_with_a_long_node() {
+    let tight = task("tight", "value = 1000", (20, 6), &[("cpu", 2)]);
+    let long = task("long", "value = 5", (100, 200), &[("cpu", 24)]);
+    let short = task("short", "value = 1", (20, 20), &[("cpu", 2)]);
+    let found = on_time(&[tight, long, short].concat());
+    assert!(100 * found[0].0 >= 98 * found[0].1 && 100 * found[2].0 >= 98 * found[2].1, "{found:?}");
+}
+
+#[test]
+fn a_lane_waits_for_the_later_node_of_a_task_too() {
+    let tight = task("tight", "value = 1000", (20, 20), &[("cpu", 1), ("gpu", 14)]);
+    let long = task("long", "value = 1\noffset = '16ms'", (100, 200), &[("gpu", 24)]);
+    let found = on_time(&[tight, long].concat());
+    assert!(100 * found[0].0 >= 98 * found[0].1, "{found:?}");
+}
+
+#[test]
+fn one_wait_of_a_task_with_time_is_not_remembered_for_hours() {
+    let high = task("high", "value = 10", (20, 20), &[("cpu", 6)]);
+    let low = task("low", "", (10, 8), &[("cpu", 4)]);
+    let once = |name: &str, value: u32, wcet_ms: u64, deadline: &str| {
+        format!(
+            "[[task]]\nname = '{name}'\nonce = true\nvalue = {value}\ndeadline = '{deadline}'\n\
+             [[task.node]]\nname = 'n'\nwcet = '{wcet_ms}ms'\n"
+        )
+    };
+    let found = on_time(&[high, low, once("burst", 10, 9, "20ms"), once("idle", 1, 24, "3600s")].concat());
+    assert!(found[1].0 + 30 >= found[1].1, "{found:?}");
+}
