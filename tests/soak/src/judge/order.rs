@@ -1,7 +1,8 @@
 //! The order of starts: no node starts while one of a smaller key is ready in its pool.
 //!
-//! Held under the policies whose keys stay as they are at a job's release: all nodes of a job are due at its deadline, or
-//! each at its latest start. Encoders are left out: they may join a unit of their frame, or wait for one.
+//! Held under EDF: all nodes of a job are due at its deadline. Under the other policies keys change, a gate holds nodes back, ranks
+//! go before keys, or a node waits for a higher rank, by times that are not known here; `tests/tests/properties` judges those.
+//! Encoders are left out: they may join a unit of their frame, or wait for one.
 
 use super::{Judge, Name, Node};
 use crate::counts::Count;
@@ -13,8 +14,6 @@ pub(super) struct Facts {
     pub(super) predecessors: Vec<usize>,
     pub(super) pool: usize,
     is_encoder: bool,
-    /// Its cost and the longest path after it.
-    to_the_end_ns: u64,
 }
 
 /// The nodes of a graph by number, `None` where there is none.
@@ -24,8 +23,7 @@ pub(super) type Graph = Vec<Option<Facts>>;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Rule {
     Deadline,
-    LatestStart,
-    /// It changes while the job runs, or a gate holds nodes back.
+    /// It changes while the job runs, or is not what decides alone.
     Other,
 }
 
@@ -33,8 +31,7 @@ impl Rule {
     pub(super) fn of(policy: Policy) -> Self {
         match policy {
             Policy::Edf => Self::Deadline,
-            Policy::Redrt => Self::LatestStart,
-            Policy::RedFg | Policy::RedIda | Policy::Red | Policy::RedrtLookahead => Self::Other,
+            _ => Self::Other,
         }
     }
 }
@@ -52,42 +49,30 @@ pub(super) fn facts<C: Capacity>(scheduler: &Scheduler<C>, task: TaskId) -> Grap
             predecessors: before.map(|other| other.index()).collect(),
             pool: node.pool().index(),
             is_encoder: matches!(node.role(), Role::SharedEncoder(_)),
-            to_the_end_ns: node.cost(),
         })
     };
-    let mut graph: Graph = (0..size).map(node).collect();
-    // Longest paths settle after as many rounds as a path has nodes.
-    for _ in 0..numbers.len() {
-        for number in &numbers {
-            let after = dag.successors(*number).iter().filter_map(|next| graph[next].as_ref());
-            let tail = after.map(|next| next.to_the_end_ns).max().unwrap_or(0);
-            let own = dag.node(*number).map_or(0, |node| node.cost());
-            graph[number.index()].iter_mut().for_each(|facts| facts.to_the_end_ns = own + tail);
-        }
-    }
-    graph
+    (0..size).map(node).collect()
 }
 
 /// Key, release, task, job and node: what goes first is the least.
-type Order = (i128, u64, Name, usize);
+type Order = (u64, u64, Name, usize);
 
 impl Judge {
-    /// No node that could start in this pool goes before this one; where ranks go before keys at times, none of its job.
+    /// No node that could start in this pool goes before this one.
     pub(super) fn expect_order(&mut self, name: Name, node: usize) -> Result<(), String> {
         let facts = self.graphs[name.0][self.jobs[&name].version][node].as_ref();
         let Some(facts) = facts.filter(|facts| self.rule != Rule::Other && !facts.is_encoder) else {
             return Ok(());
         };
-        let own = self.order(name, node, facts);
-        let is_compared = |other: &Name| self.rule != Rule::LatestStart || *other == name;
-        for (other, job) in self.jobs.iter().filter(|(other, _)| is_compared(other)) {
+        let own = self.order(name, node);
+        for (other, job) in &self.jobs {
             let graph = &self.graphs[other.0][job.version];
             for (number, facts_of) in graph.iter().enumerate() {
                 let Some(waiting) = facts_of.as_ref().filter(|of| of.pool == facts.pool && !of.is_encoder)
                 else {
                     continue;
                 };
-                let goes_before = || self.order(*other, number, waiting) < own;
+                let goes_before = || self.order(*other, number) < own;
                 let is_ready = job.nodes[number] == Some(Node::Waiting)
                     && waiting.predecessors.iter().all(|before| job.is_done(*before));
                 if is_ready && goes_before() {
@@ -99,9 +84,8 @@ impl Judge {
         Ok(())
     }
 
-    fn order(&self, name: Name, node: usize, facts: &Facts) -> Order {
+    fn order(&self, name: Name, node: usize) -> Order {
         let (release, deadline) = self.books.times(name);
-        let before_ns = if self.rule == Rule::LatestStart { facts.to_the_end_ns } else { 0 };
-        (i128::from(deadline) - i128::from(before_ns), release, name, node)
+        (deadline, release, name, node)
     }
 }
