@@ -345,3 +345,13 @@ fn the_last_instant_of_the_clock_is_one_like_others() {
     scheduler.complete(unit, Instant::MAX).unwrap();
     assert_eq!((start(&mut scheduler, Instant::MAX), scheduler.jobs_in_flight()), (None, 0));
 }
+
+#[test]
+fn at_the_end_of_the_clock_no_tick_is_due() {
+    let mut scheduler = Scheduler::<Small>::new(Config::RED);
+    let task = task(&mut scheduler, &[1], 1);
+    scheduler.release(task, Instant::ZERO).unwrap();
+    assert!(start(&mut scheduler, Instant::ZERO).is_some());
+    assert_eq!(start(&mut scheduler, Instant::MAX), None);
+    assert_eq!(scheduler.poll_at(), None);
+}

@@ -116,7 +116,10 @@ impl<C: Capacity> Scheduler<C> {
 
     /// The tick that `poll` must not miss. None under other rules.
     pub(super) fn next_tick(&self) -> Instant {
-        if self.config.shed == Shed::LowestUrgency { self.after_window() } else { Instant::MAX }
+        let next = self.after_window();
+        // At the end of the clock there is no further one.
+        let is_last = next < self.window && self.now >= self.window;
+        if self.config.shed == Shed::LowestUrgency && !is_last { next } else { Instant::MAX }
     }
 
     /// The next tick while there is a job, or a lane was busy since the last.
