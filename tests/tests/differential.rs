@@ -39,6 +39,14 @@ fn they_agree_on_small_graphs_of_many_tasks() {
     agree(60, &Shape { tasks: 12, nodes: 4, ..Shape::default() });
 }
 
+/// A node that went before the waiting head was once still queued after its start.
+#[test]
+fn they_agree_where_one_goes_before_a_head_that_waits() {
+    let shape = Shape { tasks: 5, nodes: 1, load_percent: (244, 294), ..Shape::default() };
+    let workload = random_workload(59_248, &shape);
+    differential::agree(&workload, Policy::RedrtLookahead, 20_000_000).unwrap_or_else(|why| panic!("{why}"));
+}
+
 #[test]
 fn every_schedule_of_the_core_passes_the_judge() {
     each(100, &Shape::default(), |workload, policy, horizon_ns| {

@@ -67,7 +67,10 @@ impl<C: Capacity> Scheduler<C> {
         if self.pools[pool].limited || version.encoders.contains(rank) || version.decoders.contains(rank) {
             return self.start_special(slot, rank, lane);
         }
-        Some(self.start(slot, rank, version.order[rank], lane))
+        let unit = self.start(slot, rank, version.order[rank], lane);
+        // It need not be the job that the queue would have given.
+        self.requeue(slot);
+        Some(unit)
     }
 
     /// The head if it may start; else the first node that may, or none.
