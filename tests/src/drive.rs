@@ -92,7 +92,7 @@ impl Drive {
     }
 
     /// Makes it late each time by something in this range, in nanoseconds, as threads are: no instant is round, and while every
-    /// lane runs a unit nobody looks at the clock.
+    /// lane runs a unit nobody looks at the clock. What came meanwhile is told before the report of the unit that ends.
     #[must_use]
     pub fn late_by(mut self, late_ns: (u64, u64)) -> Self {
         self.late_ns = late_ns;
@@ -105,11 +105,12 @@ impl Drive {
             let now = due + self.rng.within(self.late_ns.0, self.late_ns.1);
             let at = Instant::from_nanos(now);
             self.now = Some(now);
+            if self.late_ns.1 > 0 {
+                self.release_jobs(now, horizon_ns, watch);
+            }
             self.report_lanes(now, watch);
             self.apply_changes(at, watch);
-            if due < horizon_ns {
-                self.release_jobs(now, watch);
-            }
+            self.release_jobs(now, horizon_ns, watch);
             while let Some(action) = self.scheduler.poll(at) {
                 self.take_events();
                 watch.acted(&self.scheduler, &action, &self.events);
@@ -138,8 +139,9 @@ impl Drive {
         // Where threads are late, it is a lane without a unit that sleeps until then.
         let busy = self.running.iter().flatten().count();
         let nobody_sleeps = self.late_ns.1 > 0 && busy == self.scheduler.lanes();
-        let poll = self.scheduler.poll_at().filter(|_| !nobody_sleeps).map(Instant::as_nanos);
-        [release, finish, change, poll].into_iter().flatten().min()
+        let poll = self.scheduler.poll_at().map(Instant::as_nanos);
+        let asleep = [release, poll].map(|at| at.filter(|_| !nobody_sleeps));
+        asleep.into_iter().chain([finish, change]).flatten().min()
     }
 
     fn report_lanes(&mut self, now: u64, watch: &mut impl Watch) {
@@ -177,9 +179,13 @@ impl Drive {
         }
     }
 
-    fn release_jobs(&mut self, now: u64, watch: &mut impl Watch) {
-        for task in 0..self.tasks.len() {
-            let Some(due) = self.next_release[task].filter(|due| *due <= now) else { continue };
+    /// Releases what is due, in the order of instants and then of tasks.
+    fn release_jobs(&mut self, now: u64, horizon_ns: u64, watch: &mut impl Watch) {
+        let is_due = |due: &u64| *due <= now && *due < horizon_ns;
+        loop {
+            let dues = self.next_release.iter().enumerate();
+            let next = dues.filter_map(|(task, due)| Some((due.filter(is_due)?, task))).min();
+            let Some((due, task)) = next else { break };
             let index = self.next_index[task];
             self.next_index[task] += 1;
             self.next_release[task] = match self.arrivals[task] {
@@ -187,7 +193,8 @@ impl Drive {
                 Arrival::Sporadic { min_interarrival_ns } => Some(due + min_interarrival_ns),
                 Arrival::Once => None,
             };
-            let taken = self.scheduler.release(self.tasks[task], Instant::from_nanos(now));
+            let came = Instant::from_nanos(due.max(self.scheduler.now().as_nanos()).min(now));
+            let taken = self.scheduler.release_at(self.tasks[task], Instant::from_nanos(due), None, came);
             // The outcome of one whose place it took comes before the next release.
             while let Some(outcome) = self.scheduler.take_outcome() {
                 self.end(&outcome, watch);

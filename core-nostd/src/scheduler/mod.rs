@@ -26,7 +26,7 @@
 //! | `complete`, `poll` | O(successors + log jobs); with encoders O(jobs * encoders) |
 //! | `poll` when a job may be lost, at ticks, and under re-assignment | O(jobs * (nodes + edges)) |
 //! | `poll` under pressure or with lookahead, for a start | O(jobs * nodes * (lanes + edges + tasks * nodes)) |
-//! | `poll` when the outlook may have become worse | 67 + jobs forward schedules, each O(jobs * nodes * (jobs + lanes)) |
+//! | `poll`, or any call at a later instant without one, when the outlook may have become worse | 67 + jobs forward schedules, each O(jobs * nodes * (jobs + lanes)) |
 //! | `commit` | O(nodes log nodes + edges) |
 
 pub(crate) mod action;

@@ -45,10 +45,12 @@ impl<C: Capacity> Scheduler<C> {
         self.delayed();
     }
 
-    /// More is to come, or it comes later: the next `poll` looks at the forward schedule.
+    /// More is to come, or it comes later: the next `poll` looks at the forward schedule, or the next event at another instant.
     pub(super) fn delayed(&mut self) {
         if self.config.shed == Shed::Hopeless {
             (self.monitor.is_worse, self.alarm) = (true, Instant::ZERO);
+            let tick = self.config.overload.tick.as_nanos();
+            self.window = Instant::from_nanos(self.now.as_nanos().wrapping_sub(tick).wrapping_add(1));
         }
     }
 

@@ -3,6 +3,7 @@
 use super::{
     Scheduler,
     action::ShedReason,
+    bits,
     event::EventKind,
     jobs::{Job, Release},
     standing::Rank,
@@ -99,6 +100,12 @@ impl<C: Capacity> Scheduler<C> {
         job.begin(new, self.tasks[task].newest());
         // Of an outcome that was not taken nothing may be forgotten.
         let may_take = self.config.shed == Shed::Hopeless && self.displaced.shed.is_none();
+        let was_shed = |slot: &usize| self.jobs[*slot].shed.is_some();
+        if may_take && let Some(ended) = bits(self.ended).find(was_shed) {
+            // By the look that was due before this call, perhaps.
+            self.displaced = self.outcome_of(ended);
+            return Ok(ended);
+        }
         let least = if may_take { self.least() } else { None };
         let is_below = |least: &(usize, Rank)| least.1 < self.rank(&job, C::JOBS, self.floor_of(&job));
         let Some((least, _)) = least.filter(is_below) else {

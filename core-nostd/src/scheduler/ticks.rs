@@ -14,12 +14,16 @@ use crate::time::{Duration, Instant};
 const SHORTEST: Duration = Duration::from_nanos(1);
 
 impl<C: Capacity> Scheduler<C> {
-    /// First events of a new tick, or a step back of the clock.
+    /// First events of a new tick, or after a look became due, or a step back of the clock.
     #[cold]
     pub(super) fn enter_tick(&mut self, now: Instant) -> Instant {
         if now < self.now {
             self.counters.clock_steps_back += 1;
             return self.now;
+        }
+        if now > self.now && self.monitor.is_worse {
+            // Nobody polled since: all lanes were busy. Later the schedule would not show who was late, and because of whom.
+            self.monitor_and_shed();
         }
         self.now = now;
         let tick = self.tick().as_nanos();
