@@ -2051,7 +2051,9 @@ red_status red_scheduler_release_at(red_scheduler *scheduler,
  * called until it says that.
  *
  * Threads: one at a time on a scheduler. Real time: yes. Time: O(log jobs) a dispatched node; O(jobs * (nodes + edges)) when
- * a job may be lost, at ticks of the monitor, and under re-assignment. Errors: those of the handle.
+ * a job may be lost, at ticks of the monitor, and under re-assignment; with RED_SHEDDING_HOPELESS up to 67 + jobs runs of the
+ * schedule ahead after a release, and in the next call at a later instant where all lanes were busy and nobody polled. Errors:
+ * those of the handle.
  */
 red_status red_scheduler_poll(red_scheduler *scheduler,
                               uint64_t now_ns,
@@ -2108,8 +2110,8 @@ red_status red_scheduler_take_outcome(red_scheduler *scheduler,
                                       uint32_t *count);
 
 /**
- * Takes one warning of a deadline that will be missed, as far as is known since the last poll. Take warnings after a poll and
- * before the next release. `count` is 1, or 0 where there was none; then the warning is not written. Only a configuration with
+ * Takes one warning of a deadline that will be missed, as far as is known since the last poll or, where all lanes were busy,
+ * since the last event. Take warnings after each of these and before the next release. `count` is 1, or 0 where there was none; then the warning is not written. Only a configuration with
  * RED_SHEDDING_HOPELESS looks ahead and warns.
  *
  * Threads: one at a time on a scheduler. Real time: yes. Time: O(1). Errors: those of the handle.

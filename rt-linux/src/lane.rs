@@ -10,7 +10,7 @@ use crate::report::LaneFigures;
 use crate::setup::best_effort;
 use crate::shared::{Shared, take_requests};
 use crate::sleeper::Sleeper;
-use crate::timeline::{Host, Timeline};
+use crate::timeline::{Host, Timeline, tell_warnings};
 use crate::usage::Usage;
 use crate::waiting::Next;
 use crate::watchdog::{Armed, Bound};
@@ -205,9 +205,7 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
                 self.report(scheduler, host, report, now);
                 let turn =
                     goes_on.then(|| self.decide(scheduler, &held.timeline, host, since, was_busy, now));
-                while let Some(warning) = scheduler.take_warning() {
-                    host.warned(&warning, now);
-                }
+                tell_warnings(scheduler, host, now);
                 while let Some(event) = scheduler.take_event() {
                     host.event(event);
                 }

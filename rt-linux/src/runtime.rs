@@ -15,7 +15,7 @@ use crate::shared::{Held, Shared, take_requests};
 use crate::stop::{StopBy, StopSignals, Stopper};
 use crate::supervision::Supervision;
 use crate::threads::{NOT_UP, Starter};
-use crate::timeline::{Host, Releases, Timeline};
+use crate::timeline::{Host, Releases, Timeline, tell_warnings};
 use crate::watchdog::Watchdog;
 use core::sync::atomic::Ordering;
 use red_core::{Capacity, Instant, Scheduler};
@@ -222,9 +222,7 @@ where
                 while stopper.stopped().is_none()
                     && held.timeline.release(scheduler, &mut host, now).is_some()
                 {}
-                while let Some(warning) = scheduler.take_warning() {
-                    host.warned(&warning, now);
-                }
+                tell_warnings(scheduler, &mut host, now);
                 while let Some(event) = scheduler.take_event() {
                     host.event(event);
                 }

@@ -207,7 +207,7 @@ pub(crate) fn take_requests<C: Capacity>(
 ) -> u64 {
     let mut first = u64::MAX;
     while let Some(request) = requests.next() {
-        release_one(scheduler, host, request.task, request.at, request.capture, now);
+        release_one(scheduler, host, (request.task, request.at), request.capture, request.at, now);
         first = first.min(request.at.as_nanos());
     }
     first

@@ -52,6 +52,10 @@ pub struct Releases {
 /// and few enough that a turn ends whatever the periods are.
 const AT_ONCE: usize = 1 << 12;
 
+/// Of these, as many as jobs are in flight come when they were to come. Each may cost a look at the schedule, and the rest
+/// comes now.
+const IN_TIME: usize = 64;
+
 /// Next releases, until the end of the run.
 #[derive(Clone, Debug)]
 pub(crate) struct Timeline {
@@ -86,12 +90,13 @@ impl Timeline {
         now: Instant,
     ) -> Option<u64> {
         let mut first = None;
-        for _ in 0..AT_ONCE {
+        for nth in 0..AT_ONCE {
             let Some(at) = self.next_at().filter(|at| *at <= now.as_nanos()) else { break };
             let due = self.next.iter_mut().find(|(_, next)| *next == Some(at));
             let Some((releases, next)) = due else { break };
             let release = Instant::from_nanos(at);
-            release_one(scheduler, host, releases.task, release, None, now);
+            let came = if nth < IN_TIME { release } else { now };
+            release_one(scheduler, host, (releases.task, release), None, came, now);
             *next = releases.period_ns.and_then(|period| at.checked_add(period));
             first = first.or(Some(at));
         }
@@ -99,20 +104,32 @@ impl Timeline {
     }
 }
 
-/// Releases a job, which may take the place of another: how that ended is told before the next one could. For the scheduler
-/// it comes when it was to come, if nothing later was told yet.
+/// Releases a job, which may take the place of another: how that ended is told before the next one could, and so is
+/// whom the schedule before it shows to be late. For the scheduler it comes at `came`, if nothing later was told yet.
 pub(crate) fn release_one<C: Capacity>(
     scheduler: &mut Recorder<'_, C>,
     host: &mut impl Host<C>,
-    task: TaskId,
-    release: Instant,
+    (task, release): (TaskId, Instant),
     capture: Option<u64>,
+    came: Instant,
     now: Instant,
 ) {
-    let came = release.clamp(scheduler.now().min(now), now);
+    let came = came.clamp(scheduler.now().min(now), now);
     let taken = scheduler.release_at(task, release, capture, came);
     host.released(task.index(), release, taken);
+    tell_warnings(scheduler, host, now);
     while let Some(outcome) = scheduler.take_outcome() {
         host.ended(&outcome);
+    }
+}
+
+/// Tells the host who is going to miss its deadline, as far as it was not told.
+pub(crate) fn tell_warnings<C: Capacity>(
+    scheduler: &mut Recorder<'_, C>,
+    host: &mut impl Host<C>,
+    now: Instant,
+) {
+    while let Some(warning) = scheduler.take_warning() {
+        host.warned(&warning, now);
     }
 }

@@ -9,7 +9,7 @@ use crate::time::Instant;
 use core::hint::cold_path;
 
 crate::error::errors! {
-    /// A report was refused. But for `Late` nothing changed but the time.
+    /// A report was refused. But for `Late` nothing changed but the time, and what a look that was due gave up.
     #[repr(u64)] // A byte would lie within a unit that is answered instead, which is then taken apart and put together.
     pub enum CompleteError {
         /// The unit was reported before, or its lane is another's: the host reported twice.

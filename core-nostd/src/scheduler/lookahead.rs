@@ -93,6 +93,13 @@ impl<C: Capacity> Scheduler<C> {
         self.wait_of(pool, slot, rank).is_none()
     }
 
+    /// Whether a pool starts its head, or another node in its stead.
+    pub(super) fn may_start_any(&self, pool: usize, slot: usize, rank: usize) -> bool {
+        let may_start = |slot, rank| self.may_start(pool, slot, rank);
+        let instead = || self.most_pressing(pool, may_start).is_some();
+        self.wait_of(pool, slot, rank).is_none_or(|wait| !wait.closes && instead())
+    }
+
     /// What a node has to wait for, if it should start now. Time bound: O(jobs * nodes + edges + tasks * (nodes + k) + lanes^2).
     fn wait_of(&self, pool: usize, slot: usize, rank: usize) -> Option<Wait> {
         let (looks, is_pressed) = (self.config.gate == Gate::Lookahead, self.is_pressed(pool));

@@ -28,8 +28,7 @@ impl<C: Capacity> Scheduler<C> {
             let first = self.slots().filter_map(|slot| head(slot, pool)).min();
             first.is_some_and(|(_, slot, rank)| {
                 let fits = self.next_that_fits(pool, slot, rank).is_some() || self.is_drained(pool);
-                let may_start = |slot, rank| self.may_start(pool, slot, rank);
-                fits && (may_start(slot, rank) || self.most_pressing(pool, may_start).is_some())
+                fits && self.may_start_any(pool, slot, rank)
             })
         })
     }

@@ -75,6 +75,9 @@ use status::Counters;
 use tasks::Task;
 use units::{Beside, Lane};
 
+/// A tick is at most this long: 146 years.
+const LONGEST_TICK: Duration = Duration::from_nanos(1 << 62);
+
 crate::capacity::stored! {
     /// The executive: tasks, jobs, lanes and queues in one value of `SIZE` bytes.
     ///
@@ -116,7 +119,8 @@ crate::capacity::stored! {
         now: Instant,
         /// From when on `poll` must look at the outlook of jobs again.
         alarm: Instant,
-        /// The last tick that was counted, or the one before now under rules that count none.
+        /// The last tick that was counted. Under rules that count none, an instant at most a tick before now, and a tick less one
+        /// before it where a look is due: what is later is no fast call.
         window: Instant,
         /// Pools that may have something to start, a bit each.
         active: u32,
@@ -177,6 +181,8 @@ impl<C: Capacity> Scheduler<C> {
         self.residual = config.residual();
         self.reassigns = self.residual && config.reassign == Reassign::OnDispatch;
         (self.alarm, self.monitor.wake) = (Instant::MAX, Instant::MAX);
+        // So that what is later than a window is never before it.
+        self.config.overload.tick = config.overload.tick.min(LONGEST_TICK);
         self.begin_ticks();
         self.record.open();
         let lanes = config.lanes.clamp(1, C::LANES as u8);
@@ -216,7 +222,7 @@ impl<C: Capacity> Scheduler<C> {
     }
 
     /// Holds time: a step back is counted and the latest time kept. At the first event of a new tick it counts those
-    /// before it.
+    /// before it; after an instant at which a look became due that nobody polled for, it looks.
     #[inline(always)]
     fn advance(&mut self, now: Instant) -> Instant {
         let into = now.as_nanos().wrapping_sub(self.window.as_nanos());

@@ -49,9 +49,23 @@ impl<C: Capacity> Scheduler<C> {
     pub(super) fn delayed(&mut self) {
         if self.config.shed == Shed::Hopeless {
             (self.monitor.is_worse, self.alarm) = (true, Instant::ZERO);
+            // The last instant of its window is now.
             let tick = self.config.overload.tick.as_nanos();
             self.window = Instant::from_nanos(self.now.as_nanos().wrapping_sub(tick).wrapping_add(1));
         }
+    }
+
+    /// Makes up for looks that were due before `now`, as of then: nobody polls while all lanes are busy, and later the schedule
+    /// would not show who was late, and because of whom. Whether units that took longer may have used up what was left then.
+    pub(super) fn catch_up(&mut self, now: Instant) -> bool {
+        let is_busy = self.pool_numbers().all(|pool| self.pools[pool].free == 0);
+        if !(self.monitor.is_worse && is_busy && now > self.now) {
+            return false;
+        }
+        while self.monitor.is_worse {
+            self.monitor_and_shed();
+        }
+        now.since(self.now).as_nanos() > self.monitor.laxity
     }
 
     /// Lanes or results went: the next `poll` looks at every job again, before anything else starts.

@@ -133,7 +133,7 @@ impl<C: Capacity> Scheduler<C> {
         there
     }
 
-    /// Bounds what jobs to come have to spare by the lanes that are left. Time bound: O(tasks * pools).
+    /// What jobs to come have to spare on the lanes that there are. Time bound: O(tasks * pools).
     pub(super) fn bound_slack(&mut self) {
         let lanes = self.lanes_by_pool();
         for task in self.tasks.as_mut() {

@@ -16,7 +16,7 @@ use crate::time::Instant;
 use core::hint::cold_path;
 
 crate::error::errors! {
-    /// A release was refused. Nothing changed but the time; on `Full` the host counts the job as shed with that reason.
+    /// A release was refused. Nothing changed but the time, and what a look that was due gave up; on `Full` the host counts the job as shed with that reason.
     pub enum ReleaseError {
         /// The task is not admitted, or was removed.
         UnknownTask,
@@ -101,7 +101,8 @@ impl<C: Capacity> Scheduler<C> {
         // Of an outcome that was not taken nothing may be forgotten.
         let may_take = self.config.shed == Shed::Hopeless && self.displaced.shed.is_none();
         let was_shed = |slot: &usize| self.jobs[*slot].shed.is_some();
-        if may_take && let Some(ended) = bits(self.ended).find(was_shed) {
+        let mut gone = bits(self.ended & !self.warnings).chain(bits(self.ended)).filter(was_shed);
+        if may_take && let Some(ended) = gone.next() {
             // By the look that was due before this call, perhaps.
             self.displaced = self.outcome_of(ended);
             return Ok(ended);

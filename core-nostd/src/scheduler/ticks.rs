@@ -21,16 +21,16 @@ impl<C: Capacity> Scheduler<C> {
             self.counters.clock_steps_back += 1;
             return self.now;
         }
-        if now > self.now && self.monitor.is_worse {
-            // Nobody polled since: all lanes were busy. Later the schedule would not show who was late, and because of whom.
-            self.monitor_and_shed();
-        }
+        let is_worse = self.catch_up(now);
         self.now = now;
         let tick = self.tick().as_nanos();
         if self.config.shed != Shed::LowestUrgency {
             self.window = Instant::from_nanos(now.as_nanos() / tick * tick);
         } else if let Some(before) = now.as_nanos().checked_sub(1) {
             self.pass_ticks(before / tick * tick);
+        }
+        if is_worse {
+            self.delayed();
         }
         now
     }

@@ -201,7 +201,7 @@ impl<C: Capacity> Scheduler<C> {
         idle
     }
 
-    /// Puts a retired lane back; `false` if it was not retired.
+    /// Puts a retired lane back; `false` if it was not retired. Time bound: O(tasks * pools).
     pub fn restore_lane(&mut self, lane: LaneId) -> bool {
         let l = lane.index();
         if l >= self.lanes() {
@@ -212,6 +212,7 @@ impl<C: Capacity> Scheduler<C> {
         pool.lanes |= 1 << l;
         pool.free |= u32::from(retired) << l;
         self.active |= u32::from(retired) << self.lanes[l].pool;
+        self.bound_slack();
         retired
     }
 

@@ -25,6 +25,8 @@ crate::capacity::stored! {
         pub(super) pool_mask: u32,
         /// What a job has left at its release: D less the least time in which it can end at WCET.
         pub(super) slack: i64,
+        /// The longest path, in nanoseconds.
+        path: u64,
         /// Work by pool at WCET, in nanoseconds.
         pub(super) work: C::Pools<u64>,
         pub(super) sources: NodeSet<C>,
@@ -84,15 +86,15 @@ impl<C: Capacity> Version<C> {
         for (i, node) in levels.places().enumerate() {
             new.topological[i] = rank_of[node];
         }
-        new.slack = due.as_nanos().cast_signed().saturating_sub_unsigned(levels.critical_path());
+        new.path = levels.critical_path();
         new.bound_slack(lanes, due);
     }
 
-    /// Bounds what a job has to spare by its work on so many lanes of each pool. Time bound: O(pools).
+    /// What a job has to spare by its longest path and its work on so many lanes of each pool. Time bound: O(pools).
     pub(super) fn bound_slack(&mut self, lanes: &[u8], due: Duration) {
         let share = |pool: usize| self.work[pool].div_ceil(lanes[pool].max(1).into());
-        let least = (0..C::POOLS).map(share).fold(0, u64::max);
-        self.slack = self.slack.min(due.as_nanos().cast_signed().saturating_sub_unsigned(least));
+        let least = (0..C::POOLS).map(share).fold(self.path, u64::max);
+        self.slack = due.as_nanos().cast_signed().saturating_sub_unsigned(least);
     }
 
     /// The least time in which a job can end on all lanes, at WCET, in nanoseconds.

@@ -176,8 +176,8 @@ public:
         using Maybe = std::optional<Outcome>;
         return taken ? Result<Maybe>(count > 0 ? Maybe(outcome) : std::nullopt) : taken;
     }
-    /// Takes one warning of a deadline that will be missed, as far as is known since the last poll; nothing: there is none. After
-    /// a poll, and before the next release.
+    /// Takes one warning of a deadline that will be missed, as far as is known since the last poll or, where all lanes were
+    /// busy, since the last event; nothing: there is none. After each of these, and before the next release.
     Result<std::optional<Warning>> take_warning() noexcept {
         Warning warning;
         std::uint32_t count = 0;
