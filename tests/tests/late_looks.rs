@@ -79,7 +79,7 @@ fn a_full_table_takes_the_place_of_one_that_such_a_look_gave_up() {
     ended.extend(poll(&mut scheduler, ms).1);
     let mut ends: BTreeMap<(usize, &str), u32> = BTreeMap::new();
     ended.iter().for_each(|end| {
-        *ends.entry((end.task.index(), end.shed.map_or("", ShedReason::name))).or_default() += 1
+        *ends.entry((end.task.index(), end.shed.map_or("", ShedReason::name))).or_default() += 1;
     });
     assert_eq!(ended.len(), 9, "{ends:?}");
     assert!(ends.keys().all(|(_, shed)| *shed != "full"), "{ends:?}");

@@ -212,7 +212,9 @@ impl<C: Capacity> Scheduler<C> {
         pool.lanes |= 1 << l;
         pool.free |= u32::from(retired) << l;
         self.active |= u32::from(retired) << self.lanes[l].pool;
-        self.bound_slack();
+        if retired {
+            self.bound_slack();
+        }
         retired
     }
 
