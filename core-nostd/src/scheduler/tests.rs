@@ -84,7 +84,9 @@ fn an_edit_knows_whose_graph_it_was_and_after_how_many_commits() {
 #[test]
 fn a_lane_that_comes_back_brings_back_what_jobs_have_to_spare() {
     let mut dag = Dag::<Paper>::new();
-    [0; 2].map(|_| dag.add_node(Node::new(Wcet::from_nanos(15))).unwrap());
+    for _ in 0..2 {
+        dag.add_node(Node::new(Wcet::from_nanos(15))).unwrap();
+    }
     let mut scheduler = Scheduler::<Paper>::new(Config::REDRT.with_lanes(2));
     let task = scheduler.add_task(&dag, Timing::new(Duration::from_nanos(20))).unwrap();
     let slack = |scheduler: &Scheduler<Paper>| scheduler.tasks[task.index()].newest().slack;
