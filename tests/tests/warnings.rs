@@ -167,3 +167,11 @@ fn who_never_ends_is_told_of_as_soon_as_its_last_lane_is_lost() {
     assert_eq!((told.task, told.by.as_nanos(), told.deadline), (late, u64::MAX, at(100)));
     assert_eq!(scheduler.take_warning(), None, "nobody else needs it");
 }
+
+#[test]
+fn who_needs_a_pool_without_lanes_is_told_of_even_if_it_costs_nothing() {
+    let (mut scheduler, [first, _]) = robot(1);
+    let free = add(&mut scheduler, first, 0, 10, 1);
+    assert!(scheduler.retire_lane(red_core::LaneId::new(0)));
+    assert_eq!(release(&mut scheduler, free, 0).len(), 1);
+}

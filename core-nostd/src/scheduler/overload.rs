@@ -117,7 +117,7 @@ impl<C: Capacity> Scheduler<C> {
     /// Whether all that is in flight ends before the earliest deadline in any order, and by how much: a test that is
     /// enough, by Graham's bound at WCET. Time bound: O(jobs * pools), where no WCET was exceeded of late.
     fn fits_by_far(&mut self) -> Option<u64> {
-        let (mut work, mut path, mut encoders) = (<C::Pools<u64>>::EMPTY, 0u64, 0);
+        let (mut work, mut path, mut encoders, mut needed) = (<C::Pools<u64>>::EMPTY, 0u64, 0, 0);
         let mut due = Instant::MAX;
         for slot in self.slots() {
             let task = self.jobs[slot].task.index();
@@ -128,6 +128,7 @@ impl<C: Capacity> Scheduler<C> {
             self.pool_numbers().for_each(|pool| work[pool] = work[pool].saturating_add(version.work[pool]));
             path = path.max(version.least(self.tasks[task].timing.deadline));
             encoders += version.encoders.len();
+            needed |= version.pool_mask;
             due = due.min(self.jobs[slot].deadline);
         }
         for lane in (0..self.lanes()).filter(|lane| self.lanes[*lane].is_busy()) {
@@ -149,7 +150,7 @@ impl<C: Capacity> Scheduler<C> {
         let mut all = 0u64;
         for pool in self.pool_numbers() {
             let lanes = self.pools[pool].lanes.count_ones();
-            if lanes == 0 && work[pool] > 0 {
+            if lanes == 0 && needed >> pool & 1 != 0 {
                 return None;
             }
             // Who waits for another's encoder waits for work that is counted, but perhaps not along a path.
