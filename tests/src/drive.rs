@@ -60,6 +60,8 @@ pub struct Drive {
     rng: Rng,
     /// How late it is each time, in nanoseconds.
     late_ns: (u64, u64),
+    /// Whether it takes warnings.
+    listens: bool,
     /// Changes of graphs that were applied.
     pub edits: u32,
     /// Jobs given up, refused ones included.
@@ -86,6 +88,7 @@ impl Drive {
             percent,
             rng: Rng::new(seed),
             late_ns: (0, 0),
+            listens: true,
             edits: 0,
             sheds: 0,
         }
@@ -96,6 +99,13 @@ impl Drive {
     #[must_use]
     pub fn late_by(mut self, late_ns: (u64, u64)) -> Self {
         self.late_ns = late_ns;
+        self
+    }
+
+    /// Makes it take no warning.
+    #[must_use]
+    pub fn deaf(mut self) -> Self {
+        self.listens = false;
         self
     }
 
@@ -120,9 +130,7 @@ impl Drive {
                     other => panic!("nobody asked for {other:?}"),
                 }
             }
-            while let Some(warning) = self.scheduler.take_warning() {
-                watch.warned(&warning);
-            }
+            self.take_warnings(watch);
             // Else a host that sleeps until then would never sleep.
             assert!(self.scheduler.poll_at().is_none_or(|next| next > at), "poll leaves nothing due");
             watch.quiet(&self.scheduler, now);
@@ -195,6 +203,7 @@ impl Drive {
             };
             let came = Instant::from_nanos(due.max(self.scheduler.now().as_nanos()).min(now));
             let taken = self.scheduler.release_at(self.tasks[task], Instant::from_nanos(due), None, came);
+            self.take_warnings(watch);
             // The outcome of one whose place it took comes before the next release.
             while let Some(outcome) = self.scheduler.take_outcome() {
                 self.end(&outcome, watch);
@@ -219,6 +228,14 @@ impl Drive {
         let place = &mut self.running[started.lane.index()];
         assert_eq!(*place, None, "a lane runs one unit at a time");
         *place = Some((finish, started.unit));
+    }
+
+    fn take_warnings(&mut self, watch: &mut impl Watch) {
+        while self.listens
+            && let Some(warning) = self.scheduler.take_warning()
+        {
+            watch.warned(&warning);
+        }
     }
 
     fn end(&mut self, outcome: &Outcome, watch: &mut impl Watch) {

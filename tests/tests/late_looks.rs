@@ -1,8 +1,8 @@
 //! A host whose lanes are all busy tells of releases later, and polls at none of their instants.
 
 use red_core::{
-    Action, Caps, Config, Dag, Duration, Instant, Node, Outcome, Scheduler, ShedReason, TaskId, Timing,
-    UnitId, Wcet,
+    Action, Caps, Config, Dag, Duration, Instant, JobId, Node, Outcome, Scheduler, ShedReason, TaskId,
+    Timing, UnitId, Wcet,
 };
 use std::collections::BTreeMap;
 
@@ -52,40 +52,53 @@ fn who_will_be_late_is_known_as_of_its_release() {
     assert_eq!(ended, [(long, None, at(31)), (short, Some(ShedReason::Hopeless), at(31))]);
 }
 
-#[test]
-fn a_full_table_takes_the_place_of_one_that_such_a_look_gave_up() {
+/// Of a table of eight that is full, with a release that waits for its look: how all jobs ended, and the last two jobs.
+fn full_table(takes_warnings: bool) -> (Vec<Outcome>, [JobId; 2]) {
     let mut scheduler = Robot::new(Config::REDRT);
     let long = add(&mut scheduler, 31, 240, 2);
     let low = add(&mut scheduler, 4, 60, 1);
-    let high = add(&mut scheduler, 12, 45, 9);
+    let high = add(&mut scheduler, 16, 49, 9);
     scheduler.release(long, at(0)).expect("there is room");
     let (mut unit, mut ended) = poll(&mut scheduler, 0);
     for _ in 0..6 {
         scheduler.release(low, at(1)).expect("there is room");
     }
     assert_eq!(poll(&mut scheduler, 1), (None, vec![]), "31 + 6 * 4 ms are less than 61");
-    // The eighth of eight. With it the last of low ends at 67 ms.
+    // The eighth of eight. With it the last of low ends at 71 ms.
     scheduler.release(high, at(2)).expect("there is room");
-    scheduler.release(low, at(3)).expect("what was given up as of 2 ms makes room");
-    let mut ms = 3;
+    let last = [3, 4].map(|ms| {
+        let job = scheduler.release(low, at(ms)).expect("what was given up as of 2 ms makes room");
+        while takes_warnings && scheduler.take_warning().is_some() {}
+        ended.extend(scheduler.take_outcome());
+        job
+    });
+    let mut ms = 4;
     while scheduler.jobs_in_flight() > 0 {
         let (started, more) = poll(&mut scheduler, ms);
         ended.extend(more);
         unit = unit.or(started);
         let Some(runs) = unit.take() else { break };
-        ms += if ms == 3 { 28 } else { 4 };
+        ms += if ms == 4 { 27 } else { 4 };
         scheduler.complete(runs, at(ms)).expect("it ran");
     }
     ended.extend(poll(&mut scheduler, ms).1);
+    (ended, last)
+}
+
+#[test]
+fn a_full_table_takes_the_place_of_one_that_such_a_look_gave_up() {
+    let (ended, last) = full_table(false);
     let mut ends: BTreeMap<(usize, &str), u32> = BTreeMap::new();
     ended.iter().for_each(|end| {
         *ends.entry((end.task.index(), end.shed.map_or("", ShedReason::name))).or_default() += 1;
     });
-    assert_eq!(ended.len(), 9, "{ends:?}");
+    assert_eq!(ended.len(), 10, "{ends:?}");
     assert!(ends.keys().all(|(_, shed)| *shed != "full"), "{ends:?}");
-    assert_eq!(ends.get(&(high.index(), "")), Some(&1), "{ends:?}");
+    // Of tasks 0, 1 and 2 the last is high, the one before it low.
+    assert_eq!(ends.get(&(2, "")), Some(&1), "{ends:?}");
     let first = ended.iter().find(|end| end.shed.is_some()).expect("one had to go");
-    assert_eq!((first.task, first.at), (low, at(2)));
+    assert_eq!((first.task.index(), first.at), (1, at(2)));
+    assert_eq!(full_table(true), (ended, last), "a host that takes warnings decides the same");
 }
 
 /// One of two jobs of 10 ms that come at 1 ms has to go once nothing starts before 25 ms: that of less value.

@@ -101,9 +101,8 @@ impl<C: Capacity> Scheduler<C> {
         // Of an outcome that was not taken nothing may be forgotten.
         let may_take = self.config.shed == Shed::Hopeless && self.displaced.shed.is_none();
         let was_shed = |slot: &usize| self.jobs[*slot].shed.is_some();
-        let mut gone = bits(self.ended & !self.warnings).chain(bits(self.ended)).filter(was_shed);
-        if may_take && let Some(ended) = gone.next() {
-            // By the look that was due before this call, perhaps.
+        if may_take && let Some(ended) = bits(self.ended).find(was_shed) {
+            // By the look that was due before this call, perhaps. Whether its warning was taken may not matter: that is no input.
             self.displaced = self.outcome_of(ended);
             return Ok(ended);
         }

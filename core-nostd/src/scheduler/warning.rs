@@ -43,7 +43,8 @@ crate::capacity::stored! {
 
 impl<C: Capacity> Scheduler<C> {
     /// Takes one warning. Warnings are known since the last `poll` or, where all lanes were busy, since the last event: take them after
-    /// these and before the next release, because a job that takes the slot of a warned one takes its warning's place too. Only `Shed::Hopeless` looks
+    /// these and before the next release, because a job that takes the slot of a warned one takes its warning's place too. A release into a full table may do so in the
+    /// call in which it was warned of. Only `Shed::Hopeless` looks
     /// ahead; other configurations never warn. Time bound: O(1).
     pub fn take_warning(&mut self) -> Option<Warning> {
         let slot = bits(self.warnings).next()?;

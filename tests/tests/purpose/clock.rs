@@ -135,3 +135,35 @@ fn a_job_that_nobody_saw_in_time_is_lost_once() {
         }
     }
 }
+
+/// Every outcome, in its order.
+#[derive(Debug, Default, PartialEq)]
+struct All(Vec<Outcome>);
+
+impl Watch for All {
+    fn ended(&mut self, outcome: &Outcome) {
+        self.0.push(*outcome);
+    }
+}
+
+/// Warnings are told, and decide nothing: a log does not have them, and is replayed all the same.
+#[test]
+fn a_host_that_takes_no_warnings_has_the_same_jobs() {
+    let owed = |floor, task: Task| Task { floor: Some(floor), ..task };
+    for (tiny_ms, deep_ms) in [(2, 12), (3, 12), (2, 7), (1, 25)] {
+        let tiny = owed((3, 4), task("tiny", 3, (4, 16), &[tiny_ms]));
+        let high = owed((1, 2), task("m", 1000, (40, 60), &[14, 14]));
+        let tasks = vec![tiny, high, task("deep", 1, (16, 1200), &[deep_ms])];
+        let workload = Set { lanes: 1, times: Times::Wcet, tasks }.workload();
+        for seed in 0..16 {
+            let drive = || Drive::new(&workload, Policy::Redrt.config(), (97, 98), seed).late_by(LATE_NS);
+            let [mut listens, mut deaf] = [All::default(), All::default()];
+            drive().run(HORIZON_NS, &mut listens);
+            drive().deaf().run(HORIZON_NS, &mut deaf);
+            assert!(listens.0.len() > 500, "{}", listens.0.len());
+            let first = listens.0.iter().zip(&deaf.0).position(|(one, other)| one != other);
+            assert_eq!(first, None, "tiny {tiny_ms} ms, deep {deep_ms} ms, seed {seed}");
+            assert_eq!(listens.0.len(), deaf.0.len());
+        }
+    }
+}
