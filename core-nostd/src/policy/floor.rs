@@ -73,6 +73,12 @@ impl Floor {
         (self.lost as u16).count_ones()
     }
 
+    /// How many of the last jobs were lost in a row, up to the newest that ended, as far as they are remembered. Time bound: O(1).
+    pub(crate) fn lost_in_row(&self) -> u32 {
+        let lost = self.lost;
+        lost.trailing_ones()
+    }
+
     /// Lost jobs in the window that ends at `last`.
     fn lost_up_to(&self, last: u64) -> u32 {
         // What is newer than the window is shifted out; of its jobs, those newer than `newest` were not lost.

@@ -6,7 +6,6 @@ use super::{
     bits,
     event::EventKind,
     jobs::{Job, Release},
-    standing::Rank,
 };
 use crate::capacity::{Capacity, Empty};
 use crate::config::{Gate, Shed};
@@ -106,9 +105,7 @@ impl<C: Capacity> Scheduler<C> {
             self.displaced = self.outcome_of(ended);
             return Ok(ended);
         }
-        let least = if may_take { self.least() } else { None };
-        let is_below = |least: &(usize, Rank)| least.1 < self.rank(&job, C::JOBS, self.floor_of(&job));
-        let Some((least, _)) = least.filter(is_below) else {
+        let Some(least) = self.gives_way_to(&job).filter(|_| may_take) else {
             self.tasks[task].timing.floor.ended(new.index, true);
             self.note_task(EventKind::Refused, task, new.index);
             return Err(ReleaseError::Full);

@@ -4,7 +4,8 @@
 //! it is. Among equals a job that has not started goes before one that has, then more remaining work before less,
 //! weighed by how its task fared of late, then the newest.
 //! *Why nobody starves.* Each 16th job of a task is a probe: it ranks as if it could end in time, so that an estimate
-//! that is wrong gets another sample, and before its equals if all of the last 16 were lost.
+//! that is wrong gets another sample, and before its equals if all of the last 16 were lost: of several such, the one that lost
+//! the most in a row.
 
 use super::{Scheduler, jobs::Job, outlook::Case};
 use crate::capacity::Capacity;
@@ -24,8 +25,8 @@ crate::capacity::values! {
         /// Whether its floor cannot spare it.
         is_owed: bool,
         pub(super) value: u32,
-        /// Whether it is a probe of a task that lost all of late.
-        is_due: bool,
+        /// Of a probe of a task that lost all of late: how many in a row, as far as it is remembered.
+        due: u32,
     }
 }
 
@@ -40,7 +41,7 @@ pub(super) struct Standing {
 impl Rank {
     /// What the next job of a task has to be above to be waited for: owed, value. A probe that is due gets its lane.
     pub(super) const fn beside_next(self) -> (bool, u32) {
-        (self.is_owed, if self.is_due { u32::MAX } else { self.value })
+        (self.is_owed, if self.due > 0 { u32::MAX } else { self.value })
     }
 }
 
@@ -62,7 +63,7 @@ impl<C: Capacity> Scheduler<C> {
             has_chance: is_probe || in_time(Case::Expected),
             is_owed: !floor.spares(job.index),
             value: self.tasks[job.task.index()].timing.value,
-            is_due: is_probe && floor.recently_lost() == RECENT,
+            due: if is_probe && floor.recently_lost() == RECENT { floor.lost_in_row() } else { 0 },
         }
     }
 
@@ -76,9 +77,24 @@ impl<C: Capacity> Scheduler<C> {
         &self.tasks[job.task.index()].timing.floor
     }
 
-    /// The least job in flight, and its rank.
-    pub(super) fn least(&self) -> Option<(usize, Rank)> {
+    /// Whose place a new job takes where there is none left: that of the least, if it ranks below; else the newest of
+    /// the task that has the most jobs in flight, where that is an equal and has two more, so that equals share the table.
+    /// Time bound: O(jobs * (jobs + nodes + edges)).
+    pub(super) fn gives_way_to(&self, new: &Job<C>) -> Option<usize> {
+        let rank = |job, slot| self.rank(job, slot, self.floor_of(job));
+        let own = rank(new, C::JOBS);
         let standing = |slot| (self.standing(slot, self.floor_of(&self.jobs[slot])), slot);
-        self.slots().map(standing).min().map(|(standing, slot)| (slot, standing.rank))
+        let (least, slot) = self.slots().map(standing).min()?;
+        if least.rank < own {
+            return Some(slot);
+        }
+        let jobs_of = |job: &Job<C>| self.slots().filter(|slot| self.jobs[*slot].task == job.task).count();
+        let is_equal = |slot: &usize| !self.jobs[*slot].started && rank(&self.jobs[*slot], *slot) == own;
+        let share = |slot: &usize| {
+            let job = &self.jobs[*slot];
+            (jobs_of(job), job.index, job.task.index())
+        };
+        let newest = self.slots().filter(is_equal).max_by_key(share)?;
+        (jobs_of(&self.jobs[newest]) > jobs_of(new) + 1).then_some(newest)
     }
 }

@@ -91,7 +91,7 @@ impl Sim<'_> {
     fn next_jobs(&self, pool: usize, head: &Job, looks: bool, now: u64) -> (Vec<Soon>, u64) {
         let (mut found, mut longest) = (Vec::new(), 0);
         let (_, needed, own, due) = self.rank(head, &[], now);
-        let least = (needed, if due { u32::MAX } else { own });
+        let least = (needed, if due > 0 { u32::MAX } else { own });
         for (task, model) in self.workload.tasks.iter().enumerate() {
             let Some((at, graph)) = self.expected_release(task) else { continue };
             let next = (self.floor_needs_job(task, self.next_index(task), &[]), model.value);

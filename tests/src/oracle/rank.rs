@@ -6,8 +6,8 @@ use super::job::{Job, State};
 use super::{FLOOR_MEMORY, PROBE_EVERY, Sim};
 use crate::graph::Role;
 
-/// In time; not spared by its floor; value; a probe of a task that only loses.
-pub(super) type Rank = (bool, bool, u32, bool);
+/// In time; not spared by its floor; value; of a probe of a task that only loses, how many in a row.
+pub(super) type Rank = (bool, bool, u32, u64);
 
 /// The order in which jobs go, the least first: rank, started, work, release, task, job index.
 pub(super) type Standing = (Rank, bool, Reverse<u128>, Reverse<u64>, Reverse<usize>, Reverse<u64>);
@@ -50,7 +50,12 @@ impl Sim<'_> {
         let in_time = self.bound(job, now) <= job.due;
         let probe = in_time && job.index.is_multiple_of(PROBE_EVERY);
         let value = self.workload.tasks[job.task].value;
-        (in_time, self.floor_needs(job, lost), value, probe && self.recently_kept(job.task, lost) == 0)
+        let due = if probe && self.recently_kept(job.task, lost) == 0 {
+            self.lost_in_row(job.task, lost)
+        } else {
+            0
+        };
+        (in_time, self.floor_needs(job, lost), value, due)
     }
 
     /// The place of a job in the order of who goes first, where those at the positions `lost` left or stay late.
@@ -71,6 +76,13 @@ impl Sim<'_> {
         let Some(newest) = self.newest_ended(task, lost) else { return 0 };
         let last = (newest + 1).saturating_sub(PROBE_EVERY)..=newest;
         last.filter(|&index| self.is_lost(task, index, lost)).count() as u64
+    }
+
+    /// How many jobs of a task were lost in a row, of those that are remembered, up to the newest that ended.
+    fn lost_in_row(&self, task: usize, lost: &[usize]) -> u64 {
+        let Some(newest) = self.newest_ended(task, lost) else { return 0 };
+        let remembered = (newest + 1).saturating_sub(FLOOR_MEMORY)..=newest;
+        remembered.rev().take_while(|&index| self.is_lost(task, index, lost)).count() as u64
     }
 
     /// Whether a job is lost, or counts as that.

@@ -99,7 +99,7 @@ impl Sim<'_> {
             self.tasks[task].released += 1;
             let job = self.new_job(task, index, now);
             self.outcome.release(&job);
-            if self.jobs.len() < JOBS_IN_FLIGHT || self.replace_least(&job, now) {
+            if self.jobs.len() < JOBS_IN_FLIGHT || self.replace_one(&job, now) {
                 self.jobs.push(job);
                 self.settle(now);
                 any = true;
@@ -110,19 +110,30 @@ impl Sim<'_> {
         any
     }
 
-    /// Gives up the least of the jobs in flight if its rank is below that of the new one (8.7). Whether it is. What
-    /// only that one needed is gone before the new one is there.
-    fn replace_least(&mut self, new: &Job, now: u64) -> bool {
-        let Some(least) = self.jobs.iter().min_by_key(|job| self.standing(job, &[], now)) else {
-            return false;
-        };
-        let replaces = self.policy.is_ours() && self.rank(least, &[], now) < self.rank(new, &[], now);
-        if replaces {
-            let (task, index) = (least.task, least.index);
+    /// Gives up a job whose place a new one takes (8.7), if there is one. What only that one needed is gone before the new one
+    /// is there.
+    fn replace_one(&mut self, new: &Job, now: u64) -> bool {
+        let goes = self.who_gives_way(new, now).filter(|_| self.policy.is_ours());
+        if let Some((task, index)) = goes {
             self.give_up(task, index, now, Reason::Full);
             self.drop_unused();
         }
-        replaces
+        goes.is_some()
+    }
+
+    /// The least, if its rank is below; else the newest of the equals' task that has the most jobs, if it has two more.
+    fn who_gives_way(&self, new: &Job, now: u64) -> Option<(usize, u64)> {
+        let own = self.rank(new, &[], now);
+        let least = self.jobs.iter().min_by_key(|job| self.standing(job, &[], now))?;
+        if self.rank(least, &[], now) < own {
+            return Some((least.task, least.index));
+        }
+        let count = |task: usize| self.jobs.iter().filter(|job| job.task == task).count();
+        let mut equals: Vec<&Job> =
+            self.jobs.iter().filter(|job| !job.started && self.rank(job, &[], now) == own).collect();
+        equals.sort_by_key(|job| (count(job.task), job.index, job.task));
+        let newest = equals.pop().filter(|job| count(job.task) >= count(new.task) + 2)?;
+        Some((newest.task, newest.index))
     }
 
     pub(super) fn new_job(&self, task: usize, index: u64, now: u64) -> Job {

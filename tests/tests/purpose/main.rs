@@ -112,6 +112,45 @@ fn one_task_alone_gets_what_the_lanes_can_carry() {
     }
 }
 
+/// Nor do tasks that are alike and come together, beside what is worth more and leaves no room: their probes take turns.
+#[test]
+fn probes_that_come_together_take_turns() {
+    let task = |name: &str, value: u32, period_ms: u64, deadline_ms: u64, wcet_ms: u64| {
+        format!(
+            "[[task]]\nname = '{name}'\nvalue = {value}\nperiod = '{period_ms}ms'\ndeadline = '{deadline_ms}ms'\n\
+             [[task.node]]\nname = 'n'\nwcet = '{wcet_ms}ms'\n"
+        )
+    };
+    let low: String = (0..4).map(|nth| task(&format!("low{nth}"), 1, 24, 48, 24)).collect();
+    let text = format!("[[pool]]\nname = 'cpu'\nlanes = 1\n{}{low}", task("high", 1000, 20, 20, 16));
+    let workload = parse(text.as_bytes(), Format::Toml, "probes.toml").unwrap_or_else(|e| panic!("{e}"));
+    let report = simulate(&workload, &options(oracle::Policy::Redrt, 60 * SECOND_NS)).expect("it fits");
+    let on_time: Vec<u64> = report.tasks.iter().map(|task| task.on_time).collect();
+    assert!(on_time[0] >= 2_800, "{on_time:?}");
+    assert!(on_time[1..].iter().all(|own| *own >= 20), "{on_time:?}");
+}
+
+/// Tasks that are alike share a full table, wherever they are in the file.
+#[test]
+fn equals_share_a_full_table() {
+    for tasks in 2..=4 {
+        let imu = |nth: usize| {
+            format!(
+                "[[task]]\nname = 'imu{nth}'\nperiod = '1ms'\ndeadline = '200ms'\n[[task.node]]\nname = 'n'\nwcet = '2ms'\n"
+            )
+        };
+        let text: String = (0..tasks).map(imu).collect();
+        let text = format!("[[pool]]\nname = 'cpu'\nlanes = 1\n{text}");
+        let workload = parse(text.as_bytes(), Format::Toml, "imu.toml").unwrap_or_else(|e| panic!("{e}"));
+        let options = options(oracle::Policy::Redrt, 4 * SECOND_NS);
+        let report = simulate(&workload, &options).expect("the tasks fit");
+        let on_time: Vec<u64> = report.tasks.iter().map(|task| task.on_time).collect();
+        let share = on_time.iter().sum::<u64>() / tasks as u64;
+        assert!(on_time.iter().sum::<u64>() >= 1_900, "{on_time:?}");
+        assert!(on_time.iter().all(|own| 10 * own.abs_diff(share) <= share), "{on_time:?}");
+    }
+}
+
 #[test]
 fn none_of_equals_gets_nothing() {
     for (lanes, times) in kinds() {

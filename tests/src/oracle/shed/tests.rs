@@ -310,7 +310,9 @@ fn a_release_of_higher_rank_takes_the_place_of_the_least() {
     };
     // Of the 64 of a the last one that came goes; job 64 has the same rank as they.
     assert_eq!(full(2, Policy::Redrt), ["a/63 64 full", "a/64 64 full"]);
-    assert_eq!(full(1, Policy::Redrt), ["a/64 64 full", "b/0 64 full"]);
+    // An equal that has none takes a place of the one that has all, and one of less value none.
+    assert_eq!(full(1, Policy::Redrt), ["a/63 64 full", "a/64 64 full"]);
+    assert_eq!(full(0, Policy::Redrt), ["a/64 64 full", "b/0 64 full"]);
     assert_eq!(full(2, Policy::Edf), ["a/64 64 full", "b/0 64 full"]);
 }
 
