@@ -56,9 +56,9 @@ impl<C: Capacity> Forward<C> {
         self
     }
 
-    /// Whether a job starts a node in a pool.
-    pub(super) fn needs(&self, job: usize, pool: usize) -> bool {
-        self.pools[job] >> pool & 1 != 0
+    /// Whether a job starts a node in one of some pools.
+    pub(super) fn needs(&self, job: usize, pools: u32) -> bool {
+        self.pools[job] & pools != 0
     }
 
     /// By how much a job is late, in nanoseconds; 0 if it is not.

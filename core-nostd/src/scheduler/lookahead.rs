@@ -210,7 +210,7 @@ impl<C: Capacity> Scheduler<C> {
     }
 
     /// Whether the next job of a task could be in time alone, by its WCET and by how its last ones fared.
-    fn can_gain(&self, task: &Task<C>) -> bool {
+    pub(super) fn can_gain(&self, task: &Task<C>) -> bool {
         let version = task.newest();
         let may_win = task.timing.floor.recently_lost() < RECENT || task.next_job.is_multiple_of(PROBE);
         version.slack >= 0 && version.pool_mask & self.lost == 0 && may_win

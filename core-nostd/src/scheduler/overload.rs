@@ -2,14 +2,14 @@
 //!
 //! *Rule.* The first job x of the forward schedule that is late is looked at beside all that start a node before it
 //! ends, where it needs lanes too. If x were in time without those below it, the least of these goes, or another of the least's
-//! rank that is late, where fewer are late without that one. Otherwise x goes where another, which could be in time, is late beside it;
-//! and where none is, x stays: it costs nobody anything, and so do estimates recover. The schedule is run again. Of
+//! rank that is late, where fewer are late without that one. Otherwise x goes where another, which could be in time, is late beside it, or, if
+//! it has not started, where the next one of its task is to be late because of it; and where none is, x stays: it costs nobody anything, and so do estimates recover. The schedule is run again. Of
 //! several that went, those come back that need not be gone.
 //! *Why it holds.* What goes is below x and saves it, or is late itself. So a job is late because of lower ranks only
 //! where these hold lanes already.
 //! *Time bound.* A look runs at most 4 * [`MOST`] + [`Capacity::JOBS`] + 3 forward schedules.
 
-use super::standing::Standing;
+use super::standing::{PROBE, Standing};
 use super::{Scheduler, action::ShedReason, bits, forward::Forward, outlook::Case, those};
 use crate::capacity::{Capacity, Empty};
 use crate::policy::floor::Floor;
@@ -69,7 +69,9 @@ impl<C: Capacity> Scheduler<C> {
                 let (goes, next) =
                     both.min_by_key(|(_, next)| next.late.count_ones()).unwrap_or((least, forward));
                 (goes, Some(x), Some(next))
-            } else if bits(forward.late & !kept & !(1 << x)).any(is_needed) {
+            } else if bits(forward.late & !kept & !(1 << x)).any(is_needed)
+                || self.harms_next(x, &forward, stay)
+            {
                 (x, cause, Some(self.forward(stay & !(1 << x))))
             } else {
                 kept |= 1 << x;
@@ -103,6 +105,21 @@ impl<C: Capacity> Scheduler<C> {
             }
         }
         (stay, forward.laxity)
+    }
+
+    /// Whether a late job that has not started makes the next one of its task late, by its period. A probe may.
+    fn harms_next(&self, x: usize, forward: &Forward<C>, stay: u64) -> bool {
+        let job = &self.jobs[x];
+        let task = &self.tasks[job.task.index()];
+        let due = task.timing.period().map(|period| task.released.saturating_add(period));
+        let Some(due) = due.filter(|due| *due > self.now) else { return false };
+        let beside = bits(stay & !(1 << x)).filter(|y| forward.share_a_pool(x, *y));
+        let others = beside.map(|y| forward.end[y]).filter(|end| *end < u64::MAX).max().unwrap_or_default();
+        let latest = due.as_nanos().saturating_add_signed(task.newest().slack);
+        !job.started
+            && !job.index.is_multiple_of(PROBE)
+            && self.can_gain(task)
+            && (others..forward.end[x]).contains(&latest)
     }
 
     /// The late job that ends first, of some.

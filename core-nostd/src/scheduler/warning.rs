@@ -122,7 +122,7 @@ impl<C: Capacity> Scheduler<C> {
         let in_the_way = forward.in_the_way(slot, others);
         let holds = |lane: usize| {
             let members = self.lanes[lane].members & others;
-            let is_needed = forward.needs(slot, self.lanes[lane].pool.into());
+            let is_needed = forward.needs(slot, 1 << self.lanes[lane].pool);
             bits(members).next().filter(|_| is_needed).map(|other| (self.left_on(lane), other))
         };
         let holders = (0..self.lanes()).filter(|lane| self.lanes[*lane].is_busy()).filter_map(holds);

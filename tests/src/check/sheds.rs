@@ -6,6 +6,7 @@ use super::jobs::{Facts, JobFacts};
 use super::lanes::{Unit, units};
 use crate::graph::Role;
 use crate::oracle::{FLOOR_MEMORY, JOBS_IN_FLIGHT, Policy, Reason, TICK_NS};
+use red_workload::model::Arrival;
 
 pub(super) fn check(facts: &Facts<'_>) -> Result<(), String> {
     let units = units(facts);
@@ -84,7 +85,10 @@ fn legal(facts: &Facts<'_>, units: &[Unit], job: &JobFacts, at: u64, reason: Rea
                 });
                 other.release <= at && !goes && other.end.is_none_or(|end| end >= at)
             };
-            ensure(facts.jobs.iter().any(stays), || format!("{}: for nobody", name()))
+            // What has not started may go for the next one of its task.
+            let started = job.runs.iter().flatten().any(|run| run.start < at);
+            let is_for_next = !started && facts.workload.tasks[job.task].arrival != Arrival::Once;
+            ensure(is_for_next || facts.jobs.iter().any(stays), || format!("{}: for nobody", name()))
         }
         Reason::Hopeless => {
             let due = i128::from(job.release) + i128::from(facts.workload.tasks[job.task].deadline_ns);

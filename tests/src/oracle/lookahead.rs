@@ -95,10 +95,9 @@ impl Sim<'_> {
         for (task, model) in self.workload.tasks.iter().enumerate() {
             let Some((at, graph)) = self.expected_release(task) else { continue };
             let next = (self.floor_needs_job(task, self.next_index(task), &[]), model.value);
-            let slack = i128::from(model.deadline_ns) - self.least_time(&graph);
-            let lost_all = self.recently_lost(task, &[]) == PROBE_EVERY;
-            let can_gain = slack >= 0 && (!lost_all || self.next_index(task).is_multiple_of(PROBE_EVERY));
-            let above = next > least && (self.pressed[pool] || looks && next.0) && can_gain;
+            let slack = self.slack(task, &graph);
+            let above =
+                next > least && (self.pressed[pool] || looks && next.0) && self.can_gain(task, &graph);
             if !above && (!looks || self.pressed[pool] && model.value < own) {
                 continue;
             }
@@ -115,6 +114,17 @@ impl Sim<'_> {
             }
         }
         (found, longest)
+    }
+
+    /// What the next job of a task has to spare.
+    pub(super) fn slack(&self, task: usize, graph: &Graph) -> i128 {
+        i128::from(self.workload.tasks[task].deadline_ns) - self.least_time(graph)
+    }
+
+    /// Whether the next job of a task could be in time alone, by its costs and by how its last ones fared.
+    pub(super) fn can_gain(&self, task: usize, graph: &Graph) -> bool {
+        let lost_all = self.recently_lost(task, &[]) == PROBE_EVERY;
+        self.slack(task, graph) >= 0 && (!lost_all || self.next_index(task).is_multiple_of(PROBE_EVERY))
     }
 
     /// The least time of a job at its costs: its longest path, and its work in each pool over the lanes.

@@ -6,7 +6,7 @@ use super::dispatch::order;
 use super::forward::Fate;
 use super::job::Job;
 use super::rank::Standing;
-use super::{LEAVE_AT_MOST, OVERLOAD_TICKS, QUEUE_MAX, Reason, Sim, TICK_NS, UTILISATION_PPM};
+use super::{LEAVE_AT_MOST, OVERLOAD_TICKS, PROBE_EVERY, QUEUE_MAX, Reason, Sim, TICK_NS, UTILISATION_PPM};
 
 /// Positions of the jobs in flight during a look.
 struct Look {
@@ -133,7 +133,8 @@ impl Sim<'_> {
         let helps = |_: &usize| !self.forward(&others, now).iter().any(late);
         let least = below.iter().copied().min_by_key(|&job| standing(job)).filter(helps);
         let one = least.map(|least| self.least_or_late(least, &below, fates, look, now));
-        one.or_else(|| self.harms(x, fates, &look.kept, now).then_some(x.job))
+        let harms = || self.harms(x, fates, &look.kept, now) || self.harms_next(x, fates, now);
+        one.or_else(|| harms().then_some(x.job))
     }
 
     /// The least of those in the way, or the first of the others of its rank that are late, if fewer jobs are late
@@ -159,6 +160,20 @@ impl Sim<'_> {
         fates
             .iter()
             .any(|y| y.job != x.job && !kept.contains(&y.job) && self.is_late(y) && in_time(y) && y.meets(x))
+    }
+
+    /// Whether `x`, which has not started and is no probe, ends too late for the next job of its task, and all others beside it do
+    /// not.
+    fn harms_next(&self, x: &Fate, fates: &[Fate], now: u64) -> bool {
+        let job = &self.jobs[x.job];
+        let Some((at, graph)) = self.expected_release(job.task).filter(|(at, _)| *at > now) else {
+            return false;
+        };
+        let beside = fates.iter().filter(|y| y.job != x.job && y.meets(x) && y.end < i128::MAX);
+        let others = beside.map(|y| y.end).max().unwrap_or(0);
+        let latest = i128::from(at) + self.slack(job.task, &graph);
+        let may_go = !job.started && !job.index.is_multiple_of(PROBE_EVERY);
+        may_go && self.can_gain(job.task, &graph) && others <= latest && latest < x.end
     }
 
     /// RED: drops the jobs of the queued sub-jobs of lowest urgency, at least one, until no queue is too long.

@@ -6,7 +6,7 @@ mod sets;
 mod told;
 mod waits;
 
-use red_sim::simulate;
+use red_sim::{Execution, simulate};
 use red_tests::differential::options;
 use red_tests::oracle;
 use red_workload::metrics::JobEnd;
@@ -148,6 +148,34 @@ fn equals_share_a_full_table() {
         let share = on_time.iter().sum::<u64>() / tasks as u64;
         assert!(on_time.iter().sum::<u64>() >= 1_900, "{on_time:?}");
         assert!(on_time.iter().all(|own| 10 * own.abs_diff(share) <= share), "{on_time:?}");
+    }
+}
+
+/// One graph whose deadline leaves little is not late again and again by a bit: who would be, leaves the lanes to the next one.
+#[test]
+fn one_graph_with_a_tight_deadline_gets_what_the_lanes_can_carry() {
+    // Lanes; costs of nodes side by side, period and deadline in us; times in permille of the WCET.
+    let graphs = [
+        (1, [1_885, 12_933].as_slice(), 13_470, 22_227, (900, 1_000)),
+        (2, &[20_000, 20_000], 12_000, 30_000, (974, 978)),
+        (3, &[20_000, 20_000, 20_000], 12_000, 30_000, (974, 978)),
+        (1, &[10_000], 9_000, 16_000, (900, 1000)),
+    ];
+    for (lanes, nodes, period, deadline, (low, high)) in graphs {
+        let node = |(nth, us): (usize, &u64)| format!("[[task.node]]\nname = 'n{nth}'\nwcet = '{us}us'\n");
+        let nodes_text: String = nodes.iter().enumerate().map(node).collect();
+        let text = format!(
+            "[[pool]]\nname = 'cpu'\nlanes = {lanes}\n[[task]]\nname = 't'\nperiod = '{period}us'\n\
+             deadline = '{deadline}us'\n{nodes_text}"
+        );
+        let workload = parse(text.as_bytes(), Format::Toml, "tight.toml").unwrap_or_else(|e| panic!("{e}"));
+        let mut options = options(oracle::Policy::Redrt, 20 * SECOND_NS);
+        options.execution = Execution::Uniform { low_ppm: low * 1_000, high_ppm: high * 1_000 };
+        let report = simulate(&workload, &options).expect("it fits");
+        let work_ns = nodes.iter().sum::<u64>() * u64::from(low + high) / 2;
+        let can = (20 * SECOND_NS * lanes / work_ns).min(20 * SECOND_NS / (period * 1000));
+        let on_time = report.tasks[0].on_time;
+        assert!(100 * on_time >= 93 * can, "{on_time} of {can}: {text}");
     }
 }
 

@@ -153,10 +153,18 @@ fn two_lanes_do_as_much_as_they_can() {
 
 #[test]
 fn a_late_job_that_costs_nobody_anything_stays_until_it_is_hopeless() {
-    // 40 ms of work come every 30 ms and have 66. Job 3 would start at 120 and end at 160, due at 156.
+    let hold = Task { value: 2, ..once("hold", 30, vec![node("n", 25, &[])]) };
+    let t = once("t", 34, vec![node("n", 10, &[])]);
+    assert_eq!(sheds(&workload(1, vec![hold, t]), Policy::Redrt, 100), ["t/0 25 hopeless"]);
+}
+
+#[test]
+fn a_late_job_that_would_make_the_next_one_late_goes_before_it_starts() {
+    // 40 ms of work come every 30 ms and have 66. Job 3 would start at 120 and end at 160, due at 156; job 4 comes at 120 and has
+    // to start at 146.
     let t = Task { floor: Some((2, 3)), ..every(once("t", 66, pipeline()), 30) };
     let outcome = simulate(&workload(1, vec![t]), Policy::Redrt, 360 * MS);
-    assert_eq!(shed_lines(&outcome), ["t/3 120 hopeless", "t/7 240 hopeless"]);
+    assert_eq!(shed_lines(&outcome), ["t/3 90 overload", "t/7 210 overload", "t/11 330 overload"]);
     assert_eq!((outcome.tasks[0].on_time, outcome.busy_ns[0]), (8, 360 * MS));
 }
 
