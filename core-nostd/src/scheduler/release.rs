@@ -105,7 +105,7 @@ impl<C: Capacity> Scheduler<C> {
             self.displaced = self.outcome_of(ended);
             return Ok(ended);
         }
-        let Some(least) = self.gives_way_to(&job).filter(|_| may_take) else {
+        let Some(least) = (if may_take { self.gives_way_to(&job) } else { None }) else {
             self.tasks[task].timing.floor.ended(new.index, true);
             self.note_task(EventKind::Refused, task, new.index);
             return Err(ReleaseError::Full);
