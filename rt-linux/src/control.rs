@@ -167,7 +167,7 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>> + Send + Sync> Control<
     }
 
     fn origin_ns(&self) -> u64 {
-        self.waiting.origin_ns
+        self.waiting.origin_ns()
     }
 }
 

@@ -63,7 +63,7 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
     pub(crate) fn run(&mut self, mut sleeper: Sleeper) {
         let waiting = &self.shared.waiting;
         let armed = self.shared.watched(self.number, waiting.now(), BOUND_OF_BEGIN_NS);
-        self.handler.begin(waiting.origin_ns);
+        self.handler.begin(waiting.origin_ns());
         if !self.is_kept(armed) {
             return;
         }
@@ -121,7 +121,7 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
         self.figures.dispatched(start.saturating_sub(work.since_ns));
         self.figures.units += 1;
         let bound = work.wcet_ns.saturating_mul(BOUND_TIMES).saturating_add(BOUND_PLUS_NS);
-        let since_boot = |time: u64| shared.waiting.origin_ns.saturating_add(time);
+        let since_boot = |time: u64| shared.waiting.origin_ns().saturating_add(time);
         self.allowance.iter_mut().for_each(|allowance| allowance.before_body(since_boot(start)));
         let (armed, stood) = (shared.watched(self.number, start, bound), shared.standstills.total_ns());
         arm(false);
@@ -156,7 +156,7 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
     /// Counts a standstill that ends now, unless the watchdog did.
     fn saw_standstill(&self, now: u64) {
         let shared = self.shared;
-        shared.standstills.look(shared.waiting.origin_ns.saturating_add(now), || shared.last_turn_ns());
+        shared.standstills.look(shared.waiting.origin_ns().saturating_add(now), || shared.last_turn_ns());
     }
 
     /// Whether what the watchdog was shown is over in time. A thread whose bound has passed leaves, even if it could go
@@ -185,7 +185,7 @@ impl<C: Capacity, H: Host<C>, L: Exclusive<Scheduler<C>>> Lane<'_, C, H, L> {
                 let now = Instant::from_nanos(shared.waiting.now());
                 // Before it is told that this lane took a turn.
                 self.saw_standstill(now.as_nanos());
-                shared.slots[self.number].turn(shared.waiting.origin_ns.saturating_add(now.as_nanos()));
+                shared.slots[self.number].turn(shared.waiting.origin_ns().saturating_add(now.as_nanos()));
                 let stood = shared.standstills.total_ns() - held.stood_ns;
                 if stood > 0 {
                     held.stood_ns += stood;

@@ -186,10 +186,12 @@ where
         shared.end();
     }
     let _ends = Ends(&shared);
+    // The watchdog's thread took a millisecond, of memory that is held: jobs do not wait for that.
+    shared.waiting.begin();
     started(shared.clone());
 
     let mut supervision = Supervision::new(shared.clone(), starter, starting);
-    let last_ns = shared.waiting.origin_ns.saturating_add(duration_ns).saturating_add(drain_ns);
+    let last_ns = shared.waiting.origin_ns().saturating_add(duration_ns).saturating_add(drain_ns);
     let (mut now, mut is_over) = (0, false);
     while stopper.stopped().is_none() && supervision.gave_up.is_none() && !is_over {
         let _woken = stopper.bell().wait(Some(last_ns.min(now_ns() + PROGRESS_NS)), 0);

@@ -65,7 +65,7 @@ pub(crate) struct Shared<C: Capacity, H, L: Exclusive<Scheduler<C>>> {
 }
 
 impl<C: Capacity, H, L: Exclusive<Scheduler<C>>> Shared<C, H, L> {
-    /// What lanes share that spin for so long before they sleep. The run starts now.
+    /// What lanes share that spin for so long before they sleep.
     #[expect(clippy::boxed_local, reason = "it is large, and moved once")]
     pub(crate) fn new(
         scheduler: Box<Scheduler<C>>,
@@ -97,7 +97,7 @@ impl<C: Capacity, H, L: Exclusive<Scheduler<C>>> Shared<C, H, L> {
 
     /// Shows the watchdog until when what a lane begins at `start` has to be over.
     pub(crate) fn watched(&self, lane: usize, start: u64, bound_ns: u64) -> Armed {
-        let begin = self.waiting.origin_ns.saturating_add(start);
+        let begin = self.waiting.origin_ns().saturating_add(start);
         self.slots[lane].arm(begin.saturating_sub(self.standstills.total_ns()).saturating_add(bound_ns))
     }
 

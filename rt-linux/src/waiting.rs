@@ -40,7 +40,7 @@ pub struct Waiting {
     /// Of lanes whose handlers have a stream, where units are handed ahead.
     pub streams: Vec<Option<Arc<StreamSeat>>>,
     /// Start of the run, in nanoseconds of `CLOCK_MONOTONIC`.
-    pub origin_ns: u64,
+    origin_ns: AtomicU64,
     spin_ns: u64,
     stopping: AtomicBool,
     /// A request was posted from outside.
@@ -55,14 +55,14 @@ pub struct Waiting {
 }
 
 impl Waiting {
-    /// Lanes that spin so long before they sleep; those of `streams`, a bit each, have one. The run starts now.
+    /// Lanes that spin so long before they sleep; those of `streams`, a bit each, have one. The run starts now, or with [`Self::begin`].
     #[must_use]
     pub fn new(lanes: usize, streams: u32, spin_ns: u64) -> Self {
         let has_stream = |lane: usize| streams.checked_shr(lane as u32).unwrap_or(0) & 1 != 0;
         Self {
             seats: (0..lanes).map(|_| Seat::default()).collect(),
             streams: (0..lanes).map(|lane| has_stream(lane).then(Arc::default)).collect(),
-            origin_ns: now_ns(),
+            origin_ns: AtomicU64::new(now_ns()),
             spin_ns,
             stopping: AtomicBool::new(false),
             knock: AtomicBool::new(false),
@@ -73,9 +73,21 @@ impl Waiting {
         }
     }
 
+    /// The run starts now. To be called before any lane goes: it tells when.
+    pub fn begin(&self) {
+        // Relaxed: what tells lanes to go publishes it.
+        self.origin_ns.store(now_ns(), Ordering::Relaxed);
+    }
+
+    /// Start of the run, in nanoseconds of `CLOCK_MONOTONIC`.
+    #[must_use]
+    pub fn origin_ns(&self) -> u64 {
+        self.origin_ns.load(Ordering::Relaxed)
+    }
+
     /// Nanoseconds since the start of the run.
     pub fn now(&self) -> u64 {
-        now_ns().saturating_sub(self.origin_ns)
+        now_ns().saturating_sub(self.origin_ns())
     }
 
     /// How long lanes spin before they sleep.
@@ -123,7 +135,7 @@ impl Waiting {
             if !self.knocked() {
                 let keeps = self.keep(lane);
                 let wake = self.wake_at.load(Ordering::Relaxed);
-                let until = (keeps && wake != u64::MAX).then(|| self.origin_ns.saturating_add(wake));
+                let until = (keeps && wake != u64::MAX).then(|| self.origin_ns().saturating_add(wake));
                 // Units come from lanes that run some: without a job in flight, there is nothing to spin for.
                 let spin_ns = if self.jobs.load(Ordering::Relaxed) == 0 { 0 } else { self.spin_ns };
                 if seat.sleep(sleeper, until, spin_ns) == Woken::Rung {

@@ -6,7 +6,7 @@ type Small = Caps<2, 1, 4, 1, 1, 1>;
 
 const MS: u64 = 1_000_000;
 
-/// `brake`, worth 1000, takes 16 ms of each 20; a node of `map` takes up to 24 ms. After the first one there is pressure.
+/// `brake`, worth 1000, takes 16 ms of each 20; a node of `map` takes up to 24 ms.
 struct Lane {
     scheduler: Scheduler<Small>,
     brake: TaskId,
@@ -15,6 +15,11 @@ struct Lane {
 
 impl Lane {
     fn new(config: Config, floor: Option<(u32, u32)>) -> Self {
+        Self::due(config, floor, 20)
+    }
+
+    /// With jobs of `brake` that are due so long after their release.
+    fn due(config: Config, floor: Option<(u32, u32)>, deadline_ms: u64) -> Self {
         let mut scheduler = Scheduler::<Small>::new(config);
         let mut add = |cost_ms, deadline_ms, value, floor: Option<(u32, u32)>| {
             let mut dag = Dag::new();
@@ -24,7 +29,7 @@ impl Lane {
             let timing = timing.every(Duration::from_millis(20)).value(value);
             scheduler.add_task(&dag, floor.map_or(timing, |(m, k)| timing.floor(m, k))).unwrap()
         };
-        let (brake, map) = (add(16, 20, 1_000, floor), add(24, 200, 1, None));
+        let (brake, map) = (add(16, deadline_ms, 1_000, floor), add(24, 200, 1, None));
         Self { scheduler, brake, map }
     }
 
@@ -47,35 +52,12 @@ impl Lane {
         self.scheduler.complete(unit, at(now_us)).unwrap();
     }
 
-    /// To 40 ms: `brake` has run from 0 to 16, `map` from then on for so long, and the job of `brake` at 20 is lost if that was
-    /// too long.
-    fn until_40(mut self, map_us: u64) -> Self {
+    /// `brake` has run from 0 to 16 ms, and a job of `map` is there.
+    fn until_16(mut self) -> Self {
         self.release(self.brake, 0);
         self.release(self.map, 0);
         let first = self.starts(0).unwrap();
         self.complete(first, 16_000);
-        let long = self.starts(16_000).unwrap();
-        if map_us < 4_000 {
-            self.complete(long, 16_000 + map_us);
-            assert_eq!(self.starts(16_000 + map_us), None);
-        }
-        self.release(self.brake, 20_000);
-        let second = self.starts(20_000);
-        assert_eq!(second.is_some(), map_us < 4_000);
-        match second {
-            Some(second) => self.complete(second, 36_000),
-            None => self.complete(long, 16_000 + map_us),
-        }
-        assert_eq!(self.starts(40_000), None);
-        self
-    }
-
-    /// `brake` runs from 40 to 56 ms, and a job of `map` is there.
-    fn until_56(mut self) -> Self {
-        self.release(self.brake, 40_000);
-        self.release(self.map, 40_000);
-        let third = self.starts(40_000).unwrap();
-        self.complete(third, 56_000);
         self
     }
 }
@@ -86,35 +68,52 @@ fn at(us: u64) -> Instant {
 
 #[test]
 fn a_late_release_is_waited_for_for_an_eighth_of_its_period() {
-    let mut lane = Lane::new(Config::REDRT, None).until_40(24_000).until_56();
-    assert_eq!(lane.starts(56_000), None);
-    assert_eq!(lane.scheduler.poll_at(), Some(at(60_000)));
-    // `brake` should be there at 60.
-    assert_eq!((lane.starts(60_000), lane.starts(62_499)), (None, None));
-    assert_eq!(lane.scheduler.poll_at(), Some(at(62_500)));
-    assert!(lane.starts(62_500).is_some());
+    let mut lane = Lane::new(Config::REDRT, None).until_16();
+    assert_eq!(lane.starts(16_000), None);
+    assert_eq!(lane.scheduler.poll_at(), Some(at(20_000)));
+    // `brake` should be there at 20.
+    assert_eq!((lane.starts(20_000), lane.starts(22_499)), (None, None));
+    assert_eq!(lane.scheduler.poll_at(), Some(at(22_500)));
+    assert!(lane.starts(22_500).is_some());
 }
 
 #[test]
 fn a_release_in_time_is_first() {
-    let mut lane = Lane::new(Config::REDRT, None).until_40(24_000).until_56();
-    assert_eq!(lane.starts(56_000), None);
-    lane.release(lane.brake, 60_100);
-    let unit = lane.starts(60_100).unwrap();
+    let mut lane = Lane::new(Config::REDRT, None).until_16();
+    assert_eq!(lane.starts(16_000), None);
+    lane.release(lane.brake, 20_100);
+    let unit = lane.starts(20_100).unwrap();
     assert_eq!(lane.scheduler.unit(unit).unwrap().first.task, lane.brake);
 }
 
 #[test]
 fn what_was_short_of_late_need_not_wait() {
-    // Its job fits between two of `brake` by what was measured, not by its WCET; there is no pressure.
-    let mut lane = Lane::new(Config::REDRT, None).until_40(3_000).until_56();
-    assert!(lane.starts(56_000).is_some());
-    // A floor is looked ahead for without pressure, by the same measure.
-    let mut lane = Lane::new(Config::REDRT_LOOKAHEAD, Some((1, 1)));
-    lane.release(lane.brake, 0);
+    let mut lane = Lane::new(Config::REDRT, None);
     lane.release(lane.map, 0);
-    let first = lane.starts(0).unwrap();
-    lane.complete(first, 16_000);
-    assert_eq!(lane.starts(16_000), None);
-    assert_eq!(lane.scheduler.poll_at(), Some(at(20_000)));
+    let alone = lane.starts(0).unwrap();
+    lane.complete(alone, 3_000);
+    // The next one fits between two of `brake` by what was measured, not by its WCET.
+    lane.release(lane.brake, 20_000);
+    lane.release(lane.map, 20_000);
+    let first = lane.starts(20_000).unwrap();
+    lane.complete(first, 36_000);
+    assert!(lane.starts(36_000).is_some());
+}
+
+#[test]
+fn a_floor_is_waited_for_whatever_the_values() {
+    for config in [Config::REDRT, Config::REDRT_LOOKAHEAD] {
+        let mut lane = Lane::new(config, Some((1, 1))).until_16();
+        assert_eq!(lane.starts(16_000), None);
+        assert_eq!(lane.scheduler.poll_at(), Some(at(20_000)));
+    }
+}
+
+#[test]
+fn what_has_enough_to_spare_is_not_waited_for() {
+    // Behind the node `brake` starts at 40 ms, 20 after its release, and takes 16.
+    for (deadline_ms, starts) in [(20, false), (35, false), (36, true)] {
+        let mut lane = Lane::due(Config::REDRT, None, deadline_ms).until_16();
+        assert_eq!(lane.starts(16_000).is_some(), starts, "{deadline_ms} ms");
+    }
 }

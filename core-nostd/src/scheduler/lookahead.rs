@@ -7,10 +7,10 @@
 //! the head has taken one, and once before it. If one starts after its key in the first case only, and the head not after
 //! its own in the second, the pool starts nothing until something happens or that node should be ready.
 //! Under pressure those that would not go before the head all the same are left out.
-//! *Of a higher rank.* Under pressure, with or without that gate, the next job of a task of higher rank counts whatever the head's
-//! key is, where it first needs the pool, and the head waits for it even if it is late by that; others that are ready and need not wait
-//! go before it. With the gate, so does without pressure the next job that its floor cannot spare. A late release is waited for for
-//! an eighth of its period. What cannot be in time alone, or lost all of late, is waited for by nobody, but for one probe in 16.
+//! *Of a higher rank.* Whatever the gate, the next job of a task of higher rank that has less to spare than the head takes, at WCET,
+//! counts whatever the head's key is, where it first needs the pool, and the head waits for it even if it is late by that; others that
+//! are ready and need not wait go before it. A late release is waited for for an eighth of its period. What cannot be in time alone, or
+//! lost all of late, is waited for by nobody, but for one probe in 16.
 //! *Why it ends.* A head that may be late for its key waits no longer, and each wait ends at an instant that is told. For a
 //! higher rank it waits as long as it would take the lane of each next job; but a probe only for what a floor cannot spare.
 
@@ -21,7 +21,7 @@ use crate::config::Gate;
 use crate::graph::NodeSet;
 use crate::id::UnitId;
 use crate::policy::floor::RECENT;
-use crate::time::{Duration, Instant};
+use crate::time::Instant;
 
 /// The part of a period for which a release may be late and is waited for.
 const PATIENCE: u64 = 8;
@@ -43,9 +43,7 @@ crate::capacity::stored! {
 struct Wait {
     /// Until when, in nanoseconds.
     until: u64,
-    /// For how long there is pressure then, where it is for a higher rank.
-    for_rank: Option<Duration>,
-    /// Whether the pool starts nothing else either.
+    /// Whether the pool starts nothing else either: it is not for a higher rank.
     closes: bool,
 }
 
@@ -78,9 +76,6 @@ impl<C: Capacity> Scheduler<C> {
         let Some(wait) = self.wait_of(pool, slot, rank) else { return Some((slot, rank)) };
         self.monitor.wake = self.monitor.wake.min(Instant::from_nanos(wait.until));
         self.alarm = self.alarm.min(self.monitor.wake);
-        if let Some(time) = wait.for_rank.filter(|_| self.is_pressed(pool)) {
-            self.press(pool, self.now.saturating_add(time));
-        }
         if wait.closes {
             None
         } else {
@@ -103,7 +98,10 @@ impl<C: Capacity> Scheduler<C> {
     /// What a node has to wait for, if it should start now. Time bound: O(jobs * nodes + edges + tasks * (nodes + k) + lanes^2).
     fn wait_of(&self, pool: usize, slot: usize, rank: usize) -> Option<Wait> {
         let (looks, is_pressed) = (self.config.gate == Gate::Lookahead, self.is_pressed(pool));
-        if !(looks || is_pressed) || self.pools[pool].limited || self.config.preempt {
+        if !(looks || is_pressed || self.pools[pool].blocks)
+            || self.pools[pool].limited
+            || self.config.preempt
+        {
             return None;
         }
         let (now, lanes) = (self.now.as_nanos(), self.pools[pool].lanes);
@@ -135,20 +133,19 @@ impl<C: Capacity> Scheduler<C> {
                 }
             }
         }
+        let wcet = self.node(slot, rank).cost();
         let rank_of_head = self.rank(&self.jobs[slot], slot, self.floor_of(&self.jobs[slot])).beside_next();
-        let mut longest = Duration::ZERO;
         for task in self.tasks.as_ref().iter().filter(|task| task.admitted && task.next_job > 0) {
             let Some(period) = task.timing.period() else { continue };
             let version = task.newest();
             let next = (!task.timing.floor.spares(task.next_job), task.timing.value);
-            let is_above = next > rank_of_head && (is_pressed || looks && next.0) && self.can_gain(task);
+            let is_above = next > rank_of_head && task.is_blocked_by(wcet) && self.can_gain(task);
             if !is_above && (!looks || is_pressed && next.1 < timing.value) {
                 continue;
             }
             let due = task.released.saturating_add(period).as_nanos();
             let mut firsts = version.sources.and(&version.in_pool[pool]);
             if is_above {
-                longest = longest.max(task.timing.deadline);
                 let mut after = NodeSet::EMPTY;
                 version.in_pool[pool].iter().for_each(|rank| after.extend(&version.successors[rank]));
                 firsts = version.in_pool[pool].without(&after);
@@ -169,6 +166,9 @@ impl<C: Capacity> Scheduler<C> {
                 meet(Soon { key, at, cost, outranks: is_above });
             }
         }
+        if soon.as_ref().iter().all(|node| node.key == i64::MAX) {
+            return None;
+        }
         let mut free = <C::Lanes<u64>>::EMPTY;
         for lane in 0..C::LANES {
             let l = &self.lanes[lane];
@@ -187,10 +187,7 @@ impl<C: Capacity> Scheduler<C> {
         }
         let is_in_time = take::<C>(&mut free, &head) <= head.key;
         let until = if is_in_time { until } else { until_above };
-        let own = timing.deadline.max(timing.period().unwrap_or_default()).as_nanos().saturating_mul(2);
-        let time = Duration::from_nanos(own.min(longest.as_nanos().saturating_mul(16)));
-        let for_rank = (until_above < u64::MAX).then_some(time);
-        (until < u64::MAX).then_some(Wait { until, for_rank, closes: for_rank.is_none() })
+        (until < u64::MAX).then_some(Wait { until, closes: until_above == u64::MAX })
     }
 
     /// When each lane has run the cost of its unit, if a job in flight needs it, and of what waits on it.

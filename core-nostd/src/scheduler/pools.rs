@@ -1,7 +1,8 @@
 //! Pools of lanes, and the sensors whose captures jobs share.
 
-use super::{Scheduler, action::ShedReason, bits};
+use super::{Scheduler, action::ShedReason, bits, tasks::Task};
 use crate::capacity::{Capacity, Empty};
+use crate::config::Shed;
 use crate::id::{LaneId, PoolId, SensorId};
 use crate::ready_queue::ReadyQueue;
 use crate::time::{Bytes, Duration, Instant, Ppm};
@@ -17,8 +18,10 @@ crate::capacity::stored! {
         /// The job that ran last (slot plus one) is not queued: it is compared with the queue's head instead.
         pub(super) current: u8,
         pub(super) limited: bool,
-        /// Whether its head starts without more ado: there is no budget, and no pressure.
+        /// Whether its head starts without more ado: there is no budget and no pressure, and nothing blocks.
         pub(super) is_plain: bool,
+        /// Whether a node here takes longer, at WCET, than the next job of a task of higher rank has to spare.
+        pub(super) blocks: bool,
         pub(super) ahead: bool,
         /// Until when ranks go before keys; 0 if they do not.
         pub(super) pressed: Instant,
@@ -44,6 +47,13 @@ crate::capacity::stored! {
         release: u64,
         /// Task order in the high 8 bits, job index below.
         tie: u64,
+    }
+}
+
+impl<C: Capacity> Pool<C> {
+    /// Its head starts without more ado again, where nothing is against it.
+    pub(super) const fn relax(&mut self) {
+        self.is_plain = !self.limited && !self.blocks && self.pressed.as_nanos() == 0;
     }
 }
 
@@ -133,12 +143,38 @@ impl<C: Capacity> Scheduler<C> {
         there
     }
 
-    /// What jobs to come have to spare on the lanes that there are. Time bound: O(tasks * pools).
+    /// What jobs to come have to spare on the lanes that there are. Time bound: that of [`Self::find_blocks`].
     pub(super) fn bound_slack(&mut self) {
         let lanes = self.lanes_by_pool();
         for task in self.tasks.as_mut() {
             let due = task.timing.deadline;
             task.versions.iter_mut().for_each(|version| version.bound_slack(lanes.as_ref(), due));
+        }
+        self.find_blocks();
+    }
+
+    /// In which pools a node may block the next job of a higher rank. Time bound: O(tasks * tasks * nodes).
+    pub(super) fn find_blocks(&mut self) {
+        let mut blocks = 0;
+        if self.config.shed == Shed::Hopeless {
+            let tasks = || self.tasks.as_ref().iter().filter(|task| task.admitted);
+            for low in tasks() {
+                for place in low.taken().iter() {
+                    let (pool, cost) = (low.nodes[place].pool.index(), low.nodes[place].cost());
+                    let outranks = |high: &Task<C>| {
+                        high.timing.value > low.timing.value
+                            || high.timing.floor.window > high.timing.floor.allowed
+                    };
+                    let is_blocked = |high: &Task<C>| outranks(high) && high.is_blocked_by(cost);
+                    let uses = |high: &Task<C>| high.newest().pool_mask >> pool & 1 != 0;
+                    blocks |= u32::from(tasks().any(|high| uses(high) && is_blocked(high))) << pool;
+                }
+            }
+        }
+        for pool in self.pool_numbers() {
+            let p = &mut self.pools[pool];
+            p.blocks = blocks >> pool & 1 != 0;
+            p.relax();
         }
     }
 

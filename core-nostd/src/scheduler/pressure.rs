@@ -11,7 +11,7 @@
 //! *By deadline.* Latest starts put the longest way first, which may be the newest job's. Where all are worth the same, deadlines
 //! order a band instead if nobody is late by that.
 //! *Why it ends.* Whether there is pressure is asked of the keys alone, so that what ranks make late does not prolong it
-//! once those jobs went. A lane that waits for a higher rank prolongs it, as long as it would take that one's lane.
+//! once those jobs went.
 
 use super::{Scheduler, bits, forward::Forward, jobs::Job, standing::Rank, those};
 use crate::capacity::{Capacity, Empty};
@@ -124,7 +124,8 @@ impl<C: Capacity> Scheduler<C> {
             if self.now < p.pressed {
                 pressed |= 1 << pool;
             } else {
-                (p.pressed, p.is_plain) = (Instant::ZERO, !p.limited);
+                p.pressed = Instant::ZERO;
+                p.relax();
             }
         }
         if before == 0 {

@@ -115,7 +115,7 @@ crate::capacity::stored! {
 
 impl<C: Capacity> Scheduler<C> {
     /// Admits a task after the others; its certificate is [`certificate`](Self::certificate). Time bound:
-    /// O(lanes * (nodes + edges) + nodes log nodes). Errors: [`AddTaskError`].
+    /// O(lanes * (nodes + edges) + nodes log nodes + tasks * tasks * nodes). Errors: [`AddTaskError`].
     pub fn add_task(&mut self, dag: &Dag<C>, timing: Timing) -> Result<TaskId, AddTaskError> {
         if timing.deadline == Duration::ZERO || timing.deadline > LONGEST_DEADLINE {
             return Err(AddTaskError::Deadline);
@@ -129,7 +129,9 @@ impl<C: Capacity> Scheduler<C> {
         task.timing = timing;
         task.versions = [Version::EMPTY; 2];
         task.install(&levels, &self.config, lanes.as_ref());
-        Ok(TaskId::new(slot, task.generation))
+        let id = TaskId::new(slot, task.generation);
+        self.find_blocks();
+        Ok(id)
     }
 
     /// Removes a task; its jobs in flight are given up with the reason `removed`. `false` if it is not there.
@@ -143,6 +145,7 @@ impl<C: Capacity> Scheduler<C> {
         }
         self.tasks[t].admitted = false;
         // Nobody waits for it any more.
+        self.find_blocks();
         self.reopen();
         self.tasks[t].generation = self.tasks[t].generation.wrapping_add(1);
         true
@@ -181,6 +184,11 @@ impl<C: Capacity> Task<C> {
         };
         self.overran = (0..C::NODES).any(overran);
         !self.overran
+    }
+
+    /// Whether a node of such a cost takes longer than the next job has to spare.
+    pub(super) fn is_blocked_by(&self, cost: u64) -> bool {
+        self.timing.period().is_some() && self.newest().slack < i64::try_from(cost).unwrap_or(i64::MAX)
     }
 
     pub(super) fn newest(&self) -> &Version<C> {

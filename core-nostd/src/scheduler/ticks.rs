@@ -51,12 +51,13 @@ impl<C: Capacity> Scheduler<C> {
             return;
         }
         // The first, before which something may have happened; the others are alike.
-        self.take_use(self.after_window());
-        self.pass(1);
+        let first = self.after_window();
+        self.take_use(first);
+        self.pass(1, first.as_nanos());
         if ticks > 1 {
             self.take_use(Instant::from_nanos(last - tick));
             self.take_use(Instant::from_nanos(last));
-            self.pass(ticks - 1);
+            self.pass(ticks - 1, last);
         }
         self.window = Instant::from_nanos(last);
     }
@@ -66,13 +67,14 @@ impl<C: Capacity> Scheduler<C> {
         Instant::from_nanos(self.window.as_nanos().wrapping_add(self.tick().as_nanos()))
     }
 
-    /// Counts ticks that nobody looked at, and gives up jobs at each that makes them enough.
-    fn pass(&mut self, ticks: u64) {
+    /// Counts ticks that nobody looked at, up to that at `last`, and gives up jobs at each that makes them enough.
+    fn pass(&mut self, ticks: u64, last: u64) {
         self.count_ticks(ticks);
         // Each round gives somebody up, or is the last.
         while let Some(rest) = self.monitor.over.checked_sub(self.config.overload.ticks.into()) {
             let before = self.in_flight;
-            self.drop_least_urgent();
+            let since = self.tick().as_nanos().saturating_mul(rest.into());
+            self.drop_least_urgent(Instant::from_nanos(last.saturating_sub(since)));
             let is_last = self.in_flight == before;
             let rest = if is_last { rest % u32::from(self.config.overload.ticks).max(1) } else { rest };
             self.count_ticks(rest.into());

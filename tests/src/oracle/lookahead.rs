@@ -11,8 +11,8 @@ type Soon = (i128, u64, u64, bool);
 /// Why a node does not start.
 struct Wait {
     until: u64,
-    /// For how long there is pressure then, where it is for a higher rank.
-    for_rank: Option<i128>,
+    /// Whether it is for a higher rank.
+    for_rank: bool,
 }
 
 impl Sim<'_> {
@@ -22,26 +22,23 @@ impl Sim<'_> {
         let queue = self.queue(pool);
         let Some(&head) = queue.first() else { return (None, None) };
         let Some(wait) = self.waits(pool, head, now) else { return (Some(head), None) };
-        if let Some(time) = wait.for_rank.filter(|_| self.pressed[pool]) {
-            self.pressure_until[pool] = self.pressure_until[pool].max(i128::from(now) + time);
-        }
         // Of each job only its first that need not wait.
         let goes = queue.into_iter().find(|&id| self.waits(pool, id, now).is_none());
-        (goes.filter(|_| wait.for_rank.is_some()), Some(wait.until))
+        (goes.filter(|_| wait.for_rank), Some(wait.until))
     }
 
     /// What a node waits for.
     fn waits(&self, pool: usize, (task, index, node): SubId, now: u64) -> Option<Wait> {
         let looks = self.policy == Policy::RedrtLookahead;
-        if !looks && !self.pressed[pool] || self.workload.pools[pool].memory_bytes.is_some() {
+        let waits = looks || self.policy == Policy::Redrt;
+        if !waits || self.workload.pools[pool].memory_bytes.is_some() {
             return None;
         }
         let job = self.job(task, index)?;
         let head = (job.keys[node], now, job.graph.nodes[node].cost_ns, false);
         let end = now + head.2;
         let mut soon = if looks { self.behind_running(pool, job.band, now) } else { Vec::new() };
-        let (next, longest) = self.next_jobs(pool, job, looks, now);
-        soon.extend(next);
+        soon.extend(self.next_jobs(pool, (job, head.2), looks, now));
         soon.retain(|&(key, at, _, above)| {
             now < at && at < end && key < i128::from(end) && (above || key < head.0)
         });
@@ -60,11 +57,9 @@ impl Sim<'_> {
             }
         }
         let is_in_time = take(&mut before, head) <= head.0;
-        let is_for_rank = until.iter().any(|&(_, above)| above);
-        let own = self.workload.tasks[task].deadline_ns.max(self.gap(task).unwrap_or(0));
-        let time = (2 * i128::from(own)).min(16 * i128::from(longest));
+        let for_rank = until.iter().any(|&(_, above)| above);
         let until = until.into_iter().filter(|&(_, above)| above || is_in_time).map(|(at, _)| at).min()?;
-        Some(Wait { until, for_rank: is_for_rank.then_some(time) })
+        Some(Wait { until, for_rank })
     }
 
     /// Nodes of the pool whose predecessors that are not done all run, of jobs of a band or above.
@@ -87,17 +82,16 @@ impl Sim<'_> {
     }
 
     /// Nodes of the next job of each task that has released one: for a higher rank all that no other one of the pool is right before, else
-    /// sources. And the largest deadline of the former tasks.
-    fn next_jobs(&self, pool: usize, head: &Job, looks: bool, now: u64) -> (Vec<Soon>, u64) {
-        let (mut found, mut longest) = (Vec::new(), 0);
+    /// sources.
+    fn next_jobs(&self, pool: usize, (head, cost_ns): (&Job, u64), looks: bool, now: u64) -> Vec<Soon> {
+        let mut found = Vec::new();
         let (_, needed, own, due) = self.rank(head, &[], now);
         let least = (needed, if due > 0 { u32::MAX } else { own });
         for (task, model) in self.workload.tasks.iter().enumerate() {
             let Some((at, graph)) = self.expected_release(task) else { continue };
             let next = (self.floor_needs_job(task, self.next_index(task), &[]), model.value);
             let slack = self.slack(task, &graph);
-            let above =
-                next > least && (self.pressed[pool] || looks && next.0) && self.can_gain(task, &graph);
+            let above = next > least && slack < i128::from(cost_ns) && self.can_gain(task, &graph);
             if !above && (!looks || self.pressed[pool] && model.value < own) {
                 continue;
             }
@@ -109,11 +103,8 @@ impl Sim<'_> {
                     found.push((key, at + spare as u64, node.cost_ns, above));
                 }
             }
-            if above {
-                longest = longest.max(model.deadline_ns);
-            }
         }
-        (found, longest)
+        found
     }
 
     /// What the next job of a task has to spare.

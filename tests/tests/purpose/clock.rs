@@ -10,6 +10,8 @@ use std::collections::{BTreeMap, BTreeSet};
 const HORIZON_NS: u64 = 3_000_000_000;
 /// How late a thread may be that sleeps until an instant.
 const LATE_NS: (u64, u64) = (1, 60_000);
+/// The same for the paper's rule, which carries a backlog on: one job that goes or stays by chance shows for seconds.
+const RED_LATE_NS: (u64, u64) = (1, 10_000);
 
 /// How jobs ended: by task and reason, or on time, or late.
 #[derive(Debug, Default)]
@@ -26,10 +28,12 @@ impl Watch for Ends {
     }
 }
 
-fn ends(set: &Set, policy: Policy, late_ns: (u64, u64), seed: u64) -> Ends {
+fn ends(set: &Set, policy: Policy, percent: u64, late_ns: (u64, u64), seed: u64) -> Ends {
     let mut ends = Ends::default();
     let workload = set.workload();
-    Drive::new(&workload, policy.config(), (100, 100), seed).late_by(late_ns).run(HORIZON_NS, &mut ends);
+    Drive::new(&workload, policy.config(), (percent, percent), seed)
+        .late_by(late_ns)
+        .run(HORIZON_NS, &mut ends);
     ends
 }
 
@@ -84,7 +88,8 @@ fn a_clock_that_is_never_round_changes_little() {
             })
         });
         for (lanes, seed, set) in sets.chain(LOADS.iter().map(|load| (1, *load, chain(*load)))) {
-            let [ideal, real] = [(0, 0), LATE_NS].map(|late| ends(&set, policy, late, seed).0);
+            let late_ns = if policy == Policy::Red { RED_LATE_NS } else { LATE_NS };
+            let [ideal, real] = [(0, 0), late_ns].map(|late| ends(&set, policy, 100, late, seed).0);
             let all: u64 = ideal.values().sum();
             // Who looks late finds lost for certain what was predicted, and both are given up for the same.
             let same = |end| if end == "hopeless" { "overload" } else { end };
@@ -114,6 +119,34 @@ fn a_clock_that_is_never_round_changes_little() {
     }
 }
 
+/// Releases that come at ticks are judged as of these, however much later somebody looks. On one lane, with periods, deadlines
+/// and nodes in milliseconds.
+#[test]
+fn the_paper_s_rule_sheds_the_same_whenever_it_looks() {
+    type Case = (u32, (u64, u64), &'static [u64]);
+    let cases: [&[Case]; 3] = [
+        &[(1000, (20, 20), &[2]), (1, (1, 200), &[2])],
+        &[(1, (10, 30), &[3, 3]), (1, (5, 60), &[2]), (5, (20, 40), &[4])],
+        &[(9, (15, 20), &[3]), (1, (5, 150), &[2, 2, 2])],
+    ];
+    for case in cases {
+        let tasks = (0..)
+            .zip(case)
+            .map(|(nth, (value, times, nodes))| task(&format!("t{nth}"), *value, *times, nodes));
+        let set = Set { lanes: 1, times: Times::Wcet, tasks: tasks.collect() };
+        // No node ends at a tick.
+        let [ideal, real] = [(0, 0), RED_LATE_NS].map(|late| ends(&set, Policy::Red, 97, late, 3).0);
+        for nth in 0..case.len() {
+            let shed = |ends: &BTreeMap<_, u64>| ends.get(&(nth, "urgency")).copied().unwrap_or(0);
+            let (ideal, real) = (shed(&ideal), shed(&real));
+            assert!(
+                10 * ideal.abs_diff(real) <= ideal.max(20),
+                "{case:?}: of task {nth} {ideal} given up beside a clock that is never late, and {real} here"
+            );
+        }
+    }
+}
+
 /// A job that is released while every lane is busy is lost before anybody can look at it. What comes next goes first all the same.
 #[test]
 fn a_job_that_nobody_saw_in_time_is_lost_once() {
@@ -124,7 +157,7 @@ fn a_job_that_nobody_saw_in_time_is_lost_once() {
             let long = task("map", 2, (120, 240), &[long_ms]);
             let tasks = vec![steer, long, task("log", 1, (10, 30), &[3])];
             let set = Set { lanes: 1, times: Times::Wcet, tasks };
-            let real = ends(&set, policy, LATE_NS, 7).0;
+            let real = ends(&set, policy, 100, LATE_NS, 7).0;
             let on_time = real.get(&(0, "on time")).copied().unwrap_or(0);
             let all = HORIZON_NS / 25_000_000;
             assert!(

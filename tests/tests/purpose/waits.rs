@@ -72,3 +72,24 @@ fn one_wait_of_a_task_with_time_is_not_remembered_for_hours() {
     let found = on_time(&[high, low, once("burst", 10, 9, "20ms"), once("idle", 1, 24, "3600s")].concat());
     assert!(found[1].0 + 30 >= found[1].1, "{found:?}");
 }
+
+/// A value of 1 costs a value of 1000 nothing that a lane can know of, however seldom its long node comes.
+#[test]
+fn a_long_node_that_comes_seldom_costs_a_higher_value_nothing() {
+    for (period, deadline) in [(24, 200), (100, 200), (400, 200), (1_000, 400)] {
+        let tight = task("tight", "value = 1000", (20, 20), &[("cpu", 16)]);
+        let long = task("long", "value = 1", (period, deadline), &[("cpu", 24)]);
+        let found = on_time(&[tight, long].concat());
+        // One job in 16 of a task that lost all is a probe.
+        assert!(found[0].0 + 1 + found[1].1 / 16 >= found[0].1, "every {period} ms: {found:?}");
+    }
+}
+
+/// A floor needs no other rank: it is waited for by what is worth more, too.
+#[test]
+fn a_floor_is_waited_for_by_a_higher_value() {
+    let owed = task("owed", "value = 1\nfloor = [1, 1]", (20, 20), &[("cpu", 16)]);
+    let long = task("long", "value = 1000", (400, 200), &[("cpu", 24)]);
+    let found = on_time(&[owed, long].concat());
+    assert_eq!(found[0].0, found[0].1, "{found:?}");
+}
