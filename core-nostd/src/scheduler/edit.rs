@@ -85,7 +85,7 @@ impl<C: Capacity> Scheduler<C> {
         self.reopen();
         let lanes = self.lanes_by_pool();
         self.tasks[t].install(&levels, &self.config, lanes.as_ref());
-        self.find_blocks();
+        self.find_blocked();
         self.note_task(EventKind::Edited, t, 0);
         Ok(proof)
     }

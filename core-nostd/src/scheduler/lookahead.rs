@@ -98,7 +98,7 @@ impl<C: Capacity> Scheduler<C> {
     /// What a node has to wait for, if it should start now. Time bound: O(jobs * nodes + edges + tasks * (nodes + k) + lanes^2).
     fn wait_of(&self, pool: usize, slot: usize, rank: usize) -> Option<Wait> {
         let (looks, is_pressed) = (self.config.gate == Gate::Lookahead, self.is_pressed(pool));
-        if !(looks || is_pressed || self.pools[pool].blocks)
+        if !(looks || is_pressed || self.blocked >> pool & 1 != 0)
             || self.pools[pool].limited
             || self.config.preempt
         {

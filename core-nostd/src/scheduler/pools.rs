@@ -20,8 +20,6 @@ crate::capacity::stored! {
         pub(super) limited: bool,
         /// Whether its head starts without more ado: there is no budget and no pressure, and nothing blocks.
         pub(super) is_plain: bool,
-        /// Whether a node here takes longer, at WCET, than the next job of a task of higher rank has to spare.
-        pub(super) blocks: bool,
         pub(super) ahead: bool,
         /// Until when ranks go before keys; 0 if they do not.
         pub(super) pressed: Instant,
@@ -47,13 +45,6 @@ crate::capacity::stored! {
         release: u64,
         /// Task order in the high 8 bits, job index below.
         tie: u64,
-    }
-}
-
-impl<C: Capacity> Pool<C> {
-    /// Its head starts without more ado again, where nothing is against it.
-    pub(super) const fn relax(&mut self) {
-        self.is_plain = !self.limited && !self.blocks && self.pressed.as_nanos() == 0;
     }
 }
 
@@ -143,39 +134,38 @@ impl<C: Capacity> Scheduler<C> {
         there
     }
 
-    /// What jobs to come have to spare on the lanes that there are. Time bound: that of [`Self::find_blocks`].
+    /// What jobs to come have to spare on the lanes that there are. Time bound: that of [`Self::find_blocked`].
     pub(super) fn bound_slack(&mut self) {
         let lanes = self.lanes_by_pool();
         for task in self.tasks.as_mut() {
             let due = task.timing.deadline;
             task.versions.iter_mut().for_each(|version| version.bound_slack(lanes.as_ref(), due));
         }
-        self.find_blocks();
+        self.find_blocked();
     }
 
     /// In which pools a node may block the next job of a higher rank. Time bound: O(tasks * tasks * nodes).
-    pub(super) fn find_blocks(&mut self) {
-        let mut blocks = 0;
-        if self.config.shed == Shed::Hopeless {
-            let tasks = || self.tasks.as_ref().iter().filter(|task| task.admitted);
-            for low in tasks() {
-                for place in low.taken().iter() {
-                    let (pool, cost) = (low.nodes[place].pool.index(), low.nodes[place].cost());
-                    let outranks = |high: &Task<C>| {
-                        high.timing.value > low.timing.value
-                            || high.timing.floor.window > high.timing.floor.allowed
-                    };
-                    let is_blocked = |high: &Task<C>| outranks(high) && high.is_blocked_by(cost);
-                    let uses = |high: &Task<C>| high.newest().pool_mask >> pool & 1 != 0;
-                    blocks |= u32::from(tasks().any(|high| uses(high) && is_blocked(high))) << pool;
-                }
+    pub(super) fn find_blocked(&mut self) {
+        let mut blocked = 0;
+        let tasks = || self.tasks.as_ref().iter().filter(|task| task.admitted);
+        for low in tasks().filter(|_| self.config.shed == Shed::Hopeless) {
+            for place in low.taken().iter() {
+                let (pool, cost) = (low.nodes[place].pool.index(), low.nodes[place].cost());
+                let meets = |high: &Task<C>| high.newest().pool_mask >> pool & 1 != 0;
+                let is_blocked =
+                    |high: &Task<C>| meets(high) && high.may_outrank(low) && high.is_blocked_by(cost);
+                blocked |= u32::from(tasks().any(is_blocked)) << pool;
             }
         }
-        for pool in self.pool_numbers() {
-            let p = &mut self.pools[pool];
-            p.blocks = blocks >> pool & 1 != 0;
-            p.relax();
-        }
+        self.blocked = blocked;
+        self.pool_numbers().for_each(|pool| self.relax(pool));
+    }
+
+    /// The head of a pool starts without more ado again, where nothing is against it.
+    pub(super) fn relax(&mut self, pool: usize) {
+        let is_blocked = self.blocked >> pool & 1 != 0;
+        let pool = &mut self.pools[pool];
+        pool.is_plain = !pool.limited && !is_blocked && pool.pressed == Instant::ZERO;
     }
 
     /// Ends a job that needs a pool which was lost.

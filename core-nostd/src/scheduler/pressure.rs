@@ -125,7 +125,7 @@ impl<C: Capacity> Scheduler<C> {
                 pressed |= 1 << pool;
             } else {
                 p.pressed = Instant::ZERO;
-                p.relax();
+                self.relax(pool);
             }
         }
         if before == 0 {

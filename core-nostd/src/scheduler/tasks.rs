@@ -130,7 +130,7 @@ impl<C: Capacity> Scheduler<C> {
         task.versions = [Version::EMPTY; 2];
         task.install(&levels, &self.config, lanes.as_ref());
         let id = TaskId::new(slot, task.generation);
-        self.find_blocks();
+        self.find_blocked();
         Ok(id)
     }
 
@@ -145,7 +145,7 @@ impl<C: Capacity> Scheduler<C> {
         }
         self.tasks[t].admitted = false;
         // Nobody waits for it any more.
-        self.find_blocks();
+        self.find_blocked();
         self.reopen();
         self.tasks[t].generation = self.tasks[t].generation.wrapping_add(1);
         true
@@ -184,6 +184,12 @@ impl<C: Capacity> Task<C> {
         };
         self.overran = (0..C::NODES).any(overran);
         !self.overran
+    }
+
+    /// Whether a job of it may have a higher rank than one of another.
+    pub(super) const fn may_outrank(&self, other: &Self) -> bool {
+        let floor = &self.timing.floor;
+        self.timing.value > other.timing.value || floor.window > floor.allowed
     }
 
     /// Whether a node of such a cost takes longer than the next job has to spare.

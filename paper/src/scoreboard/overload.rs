@@ -250,8 +250,8 @@ fn about(results: &Results) -> Vec<String> {
          lanes' time in jobs of mean work, since nobody knows before which take less."
             .to_owned(),
         format!(
-            "Groups: tasks from some value up that are all on time when they are alone, under redrt, with deadlines shorter by \
-             the longest node of the others; {} of them on {} lanes. Whole: {} % of each task's jobs are on time among the \
+            "Groups: tasks from some value up that are all on time when they are alone, by the keys of redrt with no rule for \
+             overload, with deadlines shorter by the longest node of the others; {} of them on {} lanes. Whole: {} % of each task's jobs are on time among the \
              others. Blocked: broken, and every node of lower value that the first missed job met on a lane had started while \
              nothing of the group was ready. Least over greatest: shares of jobs on time of the task with the least and the \
              greatest.",

@@ -1,16 +1,15 @@
 //! Protected groups: tasks that nobody below them may cost anything, and whether they stay whole.
 //!
 //! *Rule.* A group is the tasks from some value up, where there are others below. It is protected if it is all on time when it
-//! is alone, under `redrt`, with deadlines that are shorter by the longest node of the others: that long may somebody who holds
+//! is alone, by the keys of `redrt` without any rule for overload, with deadlines that are shorter by the longest node of the others: that long may somebody who holds
 //! a lane keep it. It is whole if 99 % of the jobs of each of its tasks are on time among the others.
 //!
 //! *Blocked.* A group that breaks is blocked if its first job that was not on time met a node of a lower value on a lane, and
 //! each such node had started while no node of the group was ready: the lane was given before anybody knew.
 
 use super::load::Set;
-use super::rules::Rule;
+use super::rules;
 use crate::scoreboard::drive::{Ends, Span};
-use red_workload::policy::Policy;
 
 /// Share of a task's jobs that is enough, in percent.
 pub(super) const WHOLE_PERCENT: u64 = 99;
@@ -37,7 +36,7 @@ pub(super) fn protected(set: &Set) -> Option<Vec<Vec<usize>>> {
         let (group, others): (Vec<usize>, Vec<usize>) = all.partition(|task| set.values[*task] >= least);
         let longest = others.iter().flat_map(|task| &set.tasks[*task].graph.costs).max().copied();
         let Some(alone) = set.part(&group, longest.unwrap_or(0)) else { continue };
-        if Rule::Ours(Policy::Redrt).run(&alone)?.missed == 0 {
+        if rules::by_keys(&alone)?.missed == 0 {
             groups.push(group);
         }
     }

@@ -3,7 +3,7 @@
 use super::load::Set;
 use super::others::{self, Other};
 use crate::scoreboard::drive::{Ends, World, play};
-use red_core::{Caps, Empty, Scheduler, Timing};
+use red_core::{Caps, Config, Empty, Scheduler, Shed, Timing};
 use red_workload::policy::Policy;
 
 /// Room for a set: tasks, nodes, jobs, lanes, pools.
@@ -45,15 +45,20 @@ impl Rule {
     /// Runs a set; `None` where it is more than the scheduler has room for.
     pub(super) fn run(self, set: &Set) -> Option<Ends> {
         match self {
-            Self::Ours(policy) => scheduled(set, policy),
+            Self::Ours(policy) => scheduled(set, policy.config()),
             Self::Theirs(other) => Some(others::drive(set, other)),
         }
     }
 }
 
-fn scheduled(set: &Set, policy: Policy) -> Option<Ends> {
+/// Runs a set by the keys of `redrt` alone: nobody is given up, and no lane waits. `None` as in [`Rule::run`].
+pub(super) fn by_keys(set: &Set) -> Option<Ends> {
+    scheduled(set, Config { shed: Shed::Never, ..Config::REDRT })
+}
+
+fn scheduled(set: &Set, config: Config) -> Option<Ends> {
     let mut scheduler: Box<Scheduler<Room>> = Box::new(Scheduler::EMPTY);
-    scheduler.configure(policy.config().with_lanes(set.lanes));
+    scheduler.configure(config.with_lanes(set.lanes));
     let mut tasks = Vec::new();
     for ((task, value), floor) in set.tasks.iter().zip(&set.values).zip(&set.floors) {
         let timing = task.timing().value(*value);

@@ -1,7 +1,9 @@
 use super::*;
 use crate::scoreboard::drive::Fate;
 use crate::scoreboard::overload::load::{Shape, Times};
+use crate::scoreboard::overload::rules::Rule;
 use crate::scoreboard::sets::{Graph, Task};
+use red_workload::policy::Policy;
 
 /// A task of value 2 whose only job, of two nodes of 10 ns, comes at 5 and is due at 30, and one of value 1.
 fn set() -> Set {
