@@ -87,7 +87,7 @@ fn legal(facts: &Facts<'_>, units: &[Unit], job: &JobFacts, at: u64, reason: Rea
             };
             // What has not started may go for the next one of its task.
             let started = job.runs.iter().flatten().any(|run| run.start < at);
-            let is_for_next = !started && facts.workload.tasks[job.task].arrival != Arrival::Once;
+            let is_for_next = !started && may_delay_next(facts, job, at);
             ensure(is_for_next || facts.jobs.iter().any(stays), || format!("{}: for nobody", name()))
         }
         Reason::Hopeless => {
@@ -96,6 +96,44 @@ fn legal(facts: &Facts<'_>, units: &[Unit], job: &JobFacts, at: u64, reason: Rea
             ensure(ends > due, || format!("{}: could end at {ends}, due {due}", name()))
         }
     }
+}
+
+/// Whether all that is there, one after the other, ends too late for the next job of a task: it could have at least its
+/// deadline less its longest path and its work over lanes.
+fn may_delay_next(facts: &Facts<'_>, job: &JobFacts, at: u64) -> bool {
+    let task = &facts.workload.tasks[job.task];
+    let gap = match task.arrival {
+        Arrival::Periodic { period_ns } => period_ns,
+        Arrival::Sporadic { min_interarrival_ns } => min_interarrival_ns,
+        Arrival::Once => return false,
+    };
+    if facts.may_evict() || !facts.workload.events.is_empty() {
+        return true;
+    }
+    let of_task = facts.jobs.iter().filter(|other| other.task == job.task && other.release <= at);
+    let next = of_task.map(|other| other.release + gap).max().unwrap_or_default();
+    let graph = &job.graph;
+    let over_lanes = facts.workload.pools.iter().enumerate().map(|(pool, model)| {
+        let here = graph.nodes.iter().filter(|sub| sub.pool == pool);
+        here.map(|sub| sub.cost_ns).sum::<u64>().div_ceil(model.lanes.into())
+    });
+    let least = over_lanes.fold(graph.longest_path(&graph.costs()), u64::max);
+    let left = |other: &JobFacts| -> u64 {
+        let is_there = other.release <= at && other.shed.is_none_or(|(gone, _)| gone >= at);
+        let of = |node: usize| {
+            let runs = &other.runs[node];
+            match runs.iter().find(|run| run.start <= at && at < run.finish) {
+                Some(run) => other.graph.nodes[node].cost_ns.saturating_sub(at - run.start),
+                None if is_there && other.done(node).is_none_or(|done| done > at) => {
+                    other.graph.nodes[node].cost_ns
+                }
+                None => 0,
+            }
+        };
+        (0..other.runs.len()).map(of).sum()
+    };
+    let ends = at + facts.jobs.iter().map(left).sum::<u64>();
+    i128::from(ends) > i128::from(next) + i128::from(task.deadline_ns) - i128::from(least)
 }
 
 /// What a job takes at least from `at` on: its longest path, and its work but for encoders over the lanes of each

@@ -126,6 +126,17 @@ fn a_shed_for_nobody_is_seen() {
     let shed = ShedRow { at_ns: 0, task: "t".to_owned(), job: 0, reason: Reason::Overload };
     let message = validate(&alone, Policy::Redrt, HORIZON, &[], &[shed]).expect_err("nobody else is there");
     assert!(message.contains("for nobody"), "{message}");
+    // The next one comes when this one would have ended long since.
+    let again = workload(1, vec![every(once("t", 30, vec![node("n", 20, &[])]), 300)]);
+    let shed = ShedRow { at_ns: 0, task: "t".to_owned(), job: 0, reason: Reason::Overload };
+    let message =
+        validate(&again, Policy::Redrt, HORIZON, &[], &[shed]).expect_err("the next one is in time");
+    assert!(message.contains("for nobody"), "{message}");
+    // It would end at 20 ms, when the one of 10 ms has no time left.
+    let tight = workload(1, vec![every(once("t", 20, vec![node("n", 20, &[])]), 10)]);
+    let shed = ShedRow { at_ns: 0, task: "t".to_owned(), job: 0, reason: Reason::Overload };
+    let message = validate(&tight, Policy::Redrt, 5 * MS, &[], &[shed]);
+    assert!(message.as_ref().err().is_none_or(|message| !message.contains("for nobody")), "{message:?}");
 }
 
 #[test]
