@@ -198,6 +198,37 @@ fn who_is_in_time_and_what_is_given_up_are_alike_on_threads() {
     }
 }
 
+/// With the times that a run measured, virtual time gives up the same: of each task, not only in all.
+#[test]
+fn a_run_sheds_by_urgency_what_its_own_times_say() {
+    let full = [
+        task("brake", 20, "value = 1000", &[(2_000, &[])]),
+        Task { deadline_us: 200_000, ..task("imu", 1, "value = 1", &[(2_000, &[])]) },
+    ];
+    let mixed = [
+        Task { deadline_us: 60_000, ..task("wide", 20, "", &[(6_000, &[]), (5_000, &[0]), (5_000, &[0])]) },
+        Task { deadline_us: 50_000, ..task("short", 15, "value = 5", &[(3_000, &[]), (3_000, &[0])]) },
+    ];
+    for (name, tasks) in [("urgency-full.toml", &full), ("urgency-mixed.toml", &mixed)] {
+        let file = workload(name, 1, &tasks.each_ref());
+        let really = on_threads(&file, "red", "3s");
+        assert!(given_up(&really, "urgency") > 10, "{really}");
+        let log = format!("{file}.red.redlog");
+        let virtually = &told(run(&["replay", &log, "--what-if", "policy=red", "--json"]))["what_if"];
+        for task in tasks {
+            let all = of(&really, task.name, "released");
+            for key in ["on_time", "shed"] {
+                let [found, expected] = [&really, virtually].map(|report| of(report, task.name, key));
+                assert!(
+                    10 * found.abs_diff(expected) <= all,
+                    "{name}, {key} of {}: {found} on threads and {expected} in virtual time, of {all}",
+                    task.name
+                );
+            }
+        }
+    }
+}
+
 #[test]
 fn what_fills_the_table_does_not_keep_the_brake_out() {
     let imu = Task { period_us: 1_000, deadline_us: 200_000, ..task("imu", 1, "value = 1", &[(1_500, &[])]) };
