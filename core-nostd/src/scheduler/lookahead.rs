@@ -107,7 +107,6 @@ impl<C: Capacity> Scheduler<C> {
         let (now, lanes) = (self.now.as_nanos(), self.pools[pool].lanes);
         let key_of = |slot: usize, rank| self.jobs[slot].key_of(self.version(slot), rank, self.residual);
         let head = Soon { key: key_of(slot, rank), at: now, cost: self.at_most(slot, rank), outranks: false };
-        let ends = self.lanes_end();
         let end = now.saturating_add(head.cost);
         let latest = head.key.min(signed(end));
         let mut soon = <C::Lanes<Soon>>::EMPTY;
@@ -120,27 +119,32 @@ impl<C: Capacity> Scheduler<C> {
                 }
             }
         };
-        let (band, timing) = (self.jobs[slot].band, &self.tasks[self.jobs[slot].task.index()].timing);
-        for slot in self.slots().filter(|slot| looks && self.jobs[*slot].band >= band) {
-            let (job, version) = (&self.jobs[slot], self.version(slot));
-            for rank in version.in_pool[pool].without(&job.done).without(&job.running).iter() {
-                let runs = job.running.iter().filter(|r| version.successors[*r].contains(rank));
-                let before = runs.map(|r| ends[usize::from(job.place[r])]);
-                let (count, at) = before.fold((0, 0), |(count, at), end| (count + 1, end.max(at)));
-                if count == job.waiting_for[rank] {
-                    let cost = self.node(slot, rank).cost();
-                    meet(Soon { key: key_of(slot, rank), at, cost, outranks: false });
+        let job = &self.jobs[slot];
+        let (band, timing) = (job.band, &self.tasks[job.task.index()].timing);
+        // Most heads meet nobody: the lanes are looked at for the others.
+        let ends = looks.then(|| self.lanes_end());
+        if let Some(ends) = &ends {
+            for slot in self.slots().filter(|slot| self.jobs[*slot].band >= band) {
+                let (job, version) = (&self.jobs[slot], self.version(slot));
+                for rank in version.in_pool[pool].without(&job.done).without(&job.running).iter() {
+                    let runs = job.running.iter().filter(|r| version.successors[*r].contains(rank));
+                    let before = runs.map(|r| ends[usize::from(job.place[r])]);
+                    let (count, at) = before.fold((0, 0), |(count, at), end| (count + 1, end.max(at)));
+                    if count == job.waiting_for[rank] {
+                        let cost = self.node(slot, rank).cost();
+                        meet(Soon { key: key_of(slot, rank), at, cost, outranks: false });
+                    }
                 }
             }
         }
         let wcet = self.node(slot, rank).cost();
-        let rank_of_head = self.rank(&self.jobs[slot], slot, self.floor_of(&self.jobs[slot])).beside_next();
+        let rank_of_head = || self.rank(job, slot, self.floor_of(job)).beside_next();
         for task in self.tasks.as_ref().iter().filter(|task| task.admitted && task.next_job > 0) {
             let Some(period) = task.timing.period() else { continue };
-            let version = task.newest();
-            let next = (!task.timing.floor.spares(task.next_job), task.timing.value);
-            let is_above = next > rank_of_head && task.is_blocked_by(wcet) && self.can_gain(task);
-            if !is_above && (!looks || is_pressed && next.1 < timing.value) {
+            let (version, value) = (task.newest(), task.timing.value);
+            let next = || (!task.timing.floor.spares(task.next_job), value);
+            let is_above = task.is_blocked_by(wcet) && next() > rank_of_head() && self.can_gain(task);
+            if !is_above && (!looks || is_pressed && value < timing.value) {
                 continue;
             }
             let due = task.released.saturating_add(period).as_nanos();
@@ -169,6 +173,7 @@ impl<C: Capacity> Scheduler<C> {
         if soon.as_ref().iter().all(|node| node.key == i64::MAX) {
             return None;
         }
+        let ends = ends.unwrap_or_else(|| self.lanes_end());
         let mut free = <C::Lanes<u64>>::EMPTY;
         for lane in 0..C::LANES {
             let l = &self.lanes[lane];
