@@ -130,3 +130,23 @@ fn declared_best_cases_are_tried_too() {
     assert!(less[1]["on_time"].as_u64() > of(&plan, "b")["on_time"].as_u64(), "{plan}");
     assert!(shown.contains("execution times anywhere from `bcet` to WCET"), "{shown}");
 }
+
+#[test]
+fn a_task_whose_node_never_fits_between_jobs_of_a_higher_value_is_told_so() {
+    let control = "[[task]]\nname = \"control\"\nvalue = 1000\nperiod = \"25ms\"\ndeadline = \"18ms\"\n\
+                   node = [{ name = \"n\", wcet = \"11ms\" }]\n";
+    let map = |wcet_ms: u32| {
+        format!(
+            "[[task]]\nname = \"map\"\nperiod = \"500ms\"\ndeadline = \"250ms\"\n\
+             node = [{{ name = \"n\", wcet = \"{wcet_ms}ms\" }}]\n"
+        )
+    };
+    let (_, plan, text) = planned("held.toml", &format!("{LANE}{control}{}", map(24)));
+    let reason = of(&plan, "map")["reason"].as_str().expect("a sentence");
+    let why = "its longest node of 24.000 ms does not start where the next job of `control` (1000) would be late behind it";
+    assert!(reason.contains(why) && text.contains(why), "{reason}");
+    let control_on_time = of(&plan, "control")["on_time"].as_u64() >= Some(2_390);
+    assert!(control_on_time, "{plan}");
+    let (status, plan, _) = planned("fits-between.toml", &format!("{LANE}{control}{}", map(16)));
+    assert_eq!((status, &plan["overload"]), (0, &Value::Null), "{plan}");
+}

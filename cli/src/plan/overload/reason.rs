@@ -148,17 +148,27 @@ fn rank(workload: &Workload, asked: &Asked, task: usize) -> String {
     let is_always_owed = workload.tasks[task].floor.is_some_and(|(m, k)| m == k);
     let owed = |other: &&Task| other.value < value && other.floor.is_some() && !is_always_owed;
     let floors: Vec<&Task> = rivals().filter(owed).collect();
-    let slack_ns = workload.tasks[task].deadline_ns.saturating_sub(asked.longest_ns[task]);
-    let blocks = |other: &usize| {
-        asked.meet(task, *other)
-            && workload.tasks[*other].value < value
-            && asked.node_ns.get(*other).is_some_and(|node_ns| *node_ns > slack_ns)
+    let slack_ns = |task: usize| workload.tasks[task].deadline_ns.saturating_sub(asked.longest_ns[task]);
+    let node_ns = |task: usize| asked.node_ns.get(task).copied().unwrap_or(0);
+    let others = |is_one: &dyn Fn(usize) -> bool| -> Vec<&Task> {
+        let those = (0..workload.tasks.len()).filter(|other| asked.meet(task, *other) && is_one(*other));
+        those.map(|other| &workload.tasks[other]).collect()
     };
-    let blocking: Vec<&Task> =
-        (0..workload.tasks.len()).filter(blocks).map(|other| &workload.tasks[other]).collect();
+    let blocking = others(&|other| workload.tasks[other].value < value && node_ns(other) > slack_ns(task));
+    let awaited = others(&|other| {
+        let rival = &workload.tasks[other];
+        rival.value > value && period_ns(rival.arrival).is_some() && node_ns(task) > slack_ns(other)
+    });
     let mut parts = Vec::new();
     if !above.is_empty() {
         parts.push(format!("its value {value} is below that of {}", names(&above)));
+    }
+    if !awaited.is_empty() {
+        parts.push(format!(
+            "its longest node of {} does not start where the next job of {} would be late behind it",
+            Duration::from_nanos(node_ns(task)),
+            names(&awaited)
+        ));
     }
     if !equal.is_empty() {
         parts
@@ -171,7 +181,7 @@ fn rank(workload: &Workload, asked: &Asked, task: usize) -> String {
         parts.push(format!(
             "a started node keeps its lane, and one of {} takes longer than the {} that it can wait",
             names(&blocking),
-            Duration::from_nanos(slack_ns)
+            Duration::from_nanos(slack_ns(task))
         ));
     }
     if parts.is_empty() {
