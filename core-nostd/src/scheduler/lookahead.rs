@@ -98,13 +98,11 @@ impl<C: Capacity> Scheduler<C> {
     /// What a node has to wait for, if it should start now. Time bound: O(jobs * nodes + edges + tasks * (nodes + k) + lanes^2).
     fn wait_of(&self, pool: usize, slot: usize, rank: usize) -> Option<Wait> {
         let (looks, is_pressed) = (self.config.gate == Gate::Lookahead, self.is_pressed(pool));
-        if !(looks || is_pressed || self.blocked >> pool & 1 != 0)
-            || self.pools[pool].limited
-            || self.config.preempt
-        {
+        let p = &self.pools[pool];
+        if p.limited || p.is_plain && !looks || self.config.preempt {
             return None;
         }
-        let (now, lanes) = (self.now.as_nanos(), self.pools[pool].lanes);
+        let (now, lanes) = (self.now.as_nanos(), p.lanes);
         let key_of = |slot: usize, rank| self.jobs[slot].key_of(self.version(slot), rank, self.residual);
         let head = Soon { key: key_of(slot, rank), at: now, cost: self.at_most(slot, rank), outranks: false };
         let end = now.saturating_add(head.cost);

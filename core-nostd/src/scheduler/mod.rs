@@ -128,8 +128,6 @@ crate::capacity::stored! {
         promised: u32,
         /// Pools that were lost, a bit each.
         lost: u32,
-        /// Pools in which a node takes longer, at WCET, than the next job of a task of higher rank has to spare, a bit each.
-        blocked: u32,
         /// Slots of jobs in flight, and of ended jobs whose outcome was not taken, a bit each.
         in_flight: u64,
         ended: u64,

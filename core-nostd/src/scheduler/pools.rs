@@ -18,7 +18,8 @@ crate::capacity::stored! {
         /// The job that ran last (slot plus one) is not queued: it is compared with the queue's head instead.
         pub(super) current: u8,
         pub(super) limited: bool,
-        /// Whether its head starts without more ado: there is no budget and no pressure, and nothing blocks.
+        /// Whether its head starts without more ado: there is no budget, and no node takes longer, at WCET, than the next job of a
+        /// task of higher rank has to spare.
         pub(super) is_plain: bool,
         pub(super) ahead: bool,
         /// Until when ranks go before keys; 0 if they do not.
@@ -157,15 +158,9 @@ impl<C: Capacity> Scheduler<C> {
                 blocked |= u32::from(tasks().any(is_blocked)) << pool;
             }
         }
-        self.blocked = blocked;
-        self.pool_numbers().for_each(|pool| self.relax(pool));
-    }
-
-    /// The head of a pool starts without more ado again, where nothing is against it.
-    pub(super) fn relax(&mut self, pool: usize) {
-        let is_blocked = self.blocked >> pool & 1 != 0;
-        let pool = &mut self.pools[pool];
-        pool.is_plain = !pool.limited && !is_blocked && pool.pressed == Instant::ZERO;
+        for pool in self.pool_numbers() {
+            self.pools[pool].is_plain = !self.pools[pool].limited && blocked >> pool & 1 == 0;
+        }
     }
 
     /// Ends a job that needs a pool which was lost.

@@ -32,8 +32,9 @@ impl<C: Capacity> Scheduler<C> {
             let time = longest(jobs).min(longest(forward.late & jobs).saturating_mul(8));
             bits(pools.into()).for_each(|pool| pressed[pool] = time.saturating_mul(2));
         }
-        for pool in self.pool_numbers() {
-            self.press(pool, self.now.saturating_add(Duration::from_nanos(pressed[pool])));
+        for pool in self.pool_numbers().filter(|pool| pressed[*pool] > 0) {
+            let until = self.now.saturating_add(Duration::from_nanos(pressed[pool]));
+            self.pools[pool].pressed = self.pools[pool].pressed.max(until);
         }
         let forward = if self.set_bands() { self.forward(self.in_flight) } else { forward };
         if forward.late == 0 { forward } else { self.by_deadline(forward.late).unwrap_or(forward) }
@@ -101,15 +102,6 @@ impl<C: Capacity> Scheduler<C> {
         differ
     }
 
-    /// There is pressure in a pool at least until an instant: heads start with a look at ranks.
-    pub(super) fn press(&mut self, pool: usize, until: Instant) {
-        let pool = &mut self.pools[pool];
-        if until > self.now {
-            pool.pressed = pool.pressed.max(until);
-            pool.is_plain = false;
-        }
-    }
-
     /// Whether the last look found pressure in a pool.
     pub(super) fn is_pressed(&self, pool: usize) -> bool {
         self.pools[pool].pressed > Instant::ZERO
@@ -125,7 +117,6 @@ impl<C: Capacity> Scheduler<C> {
                 pressed |= 1 << pool;
             } else {
                 p.pressed = Instant::ZERO;
-                self.relax(pool);
             }
         }
         if before == 0 {
