@@ -32,7 +32,7 @@ pub(crate) fn promises(tasks: &[TaskMetrics]) -> String {
     ]);
     for task in tasks {
         let (floor, worst) = task.floor.map_or(("-".to_owned(), "-".to_owned()), |floor| {
-            let kept = if floor.kept { "kept" } else { "BROKEN" };
+            let kept = if floor.kept { "kept" } else { "not kept" };
             (format!("{} of {}", floor.m, floor.k), format!("{}, {kept}", floor.worst))
         });
         let ahead = task.early_ns.p50.map_or("-".to_owned(), |ns| {
