@@ -48,7 +48,7 @@ fn release(scheduler: &mut Robot, task: TaskId, ms: u64) -> Vec<(TaskId, u64, Op
     scheduler.release(task, at(ms)).expect("there is room");
     while let Some(action) = scheduler.poll(at(ms)) {
         assert!(
-            matches!(action, Action::Dispatch(_) | Action::Preempt(_) | Action::Ended(_)),
+            matches!(action, Action::Dispatch(_) | Action::Ahead(_) | Action::Preempt(_) | Action::Ended(_)),
             "nobody asked for {action:?}"
         );
     }
@@ -174,4 +174,21 @@ fn who_needs_a_pool_without_lanes_is_told_of_even_if_it_costs_nothing() {
     let free = add(&mut scheduler, first, 0, 10, 1);
     assert!(scheduler.retire_lane(red_core::LaneId::new(0)));
     assert_eq!(release(&mut scheduler, free, 0).len(), 1);
+}
+
+#[test]
+fn what_waits_on_an_idle_lane_is_counted_behind_its_predecessor() {
+    let (mut scheduler, [first, _]) = robot(2);
+    assert!(scheduler.dispatch_ahead(first));
+    let mut dag = Dag::new();
+    let [before, short, long] =
+        [10, 5, 10].map(|ms| dag.add_node(Node::new(Wcet::from_millis(ms)).in_pool(first)).expect("it fits"));
+    for after in [short, long] {
+        dag.add_edge(before, after).expect("there is no cycle");
+    }
+    let fork = scheduler.add_task(&dag, Timing::new(Duration::from_millis(100))).expect("there is room");
+    let other = add(&mut scheduler, first, 5, 15, 1);
+    assert_eq!(release(&mut scheduler, fork, 0), []);
+    // One lane is busy until 10 ms, and the other one is idle. Then they are busy until 15 and 20 ms.
+    assert_eq!(release(&mut scheduler, other, 1), [(other, 4_000, Some(fork))]);
 }
