@@ -117,3 +117,13 @@ fn what_has_enough_to_spare_is_not_waited_for() {
         assert_eq!(lane.starts(16_000).is_some(), starts, "{deadline_ms} ms");
     }
 }
+
+#[test]
+fn who_has_never_come_or_comes_no_more_is_not_waited_for() {
+    let mut lane = Lane::new(Config::REDRT, None);
+    lane.release(lane.map, 16_000);
+    assert!(lane.starts(16_000).is_some());
+    let mut lane = Lane::new(Config::REDRT, None).until_16();
+    assert!(lane.scheduler.remove_task(lane.brake, at(16_000)));
+    assert!(lane.starts(16_000).is_some());
+}
