@@ -158,11 +158,12 @@ impl<C: Capacity> Scheduler<C> {
                 continue;
             }
             for rank in firsts.iter() {
-                // What is before it leaves it no more than what the whole job has to spare.
-                let spare = version.key[rank].saturating_sub(version.slack).max(0).cast_unsigned();
-                let before = if version.sources.contains(rank) { 0 } else { spare };
-                let at = if is_late { patience } else { due.saturating_add(before) };
-                let key = signed(due).saturating_add(version.key[rank]);
+                // What is before it leaves it no more than what the whole job has to spare, nor does what is beside it.
+                let (own, is_source) = (version.key[rank], version.sources.contains(rank));
+                let before = if is_source { 0 } else { own.saturating_sub(version.slack).max(0) };
+                let at = if is_late { patience } else { due.saturating_add_signed(before) };
+                let latest = if is_above { before.saturating_add(version.slack) } else { own };
+                let key = signed(due).saturating_add(latest);
                 let key = if is_late { key.max(signed(at)) } else { key };
                 let cost = task.nodes[usize::from(version.order[rank])].cost();
                 meet(Soon { key, at, cost, outranks: is_above });

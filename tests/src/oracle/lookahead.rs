@@ -100,6 +100,7 @@ impl Sim<'_> {
                 let comes_first = node.preds.iter().all(|&pred| above && graph.nodes[pred].pool != pool);
                 if comes_first {
                     let spare = if node.preds.is_empty() { 0 } else { (key - i128::from(at) - slack).max(0) };
+                    let key = if above { i128::from(at) + spare + slack } else { key };
                     found.push((key, at + spare as u64, node.cost_ns, above));
                 }
             }

@@ -93,3 +93,20 @@ fn a_floor_is_waited_for_by_a_higher_value() {
     let found = on_time(&[owed, long].concat());
     assert_eq!(found[0].0, found[0].1, "{found:?}");
 }
+
+/// What has to run side by side on too few lanes has less to spare than its longest path says.
+#[test]
+fn parallel_nodes_of_a_higher_value_lose_nothing_to_a_lower_one() {
+    let side_by_side = "node = [{ name = 'a', wcet = '8ms' }, { name = 'b', wcet = '8ms' }]\n";
+    let diamond = "node = [{ name = 'cam', wcet = '2ms' }, { name = 'a', wcet = '6ms', after = ['cam'] }, \
+                   { name = 'b', wcet = '6ms', after = ['cam'] }, { name = 'out', wcet = '2ms', after = ['a', 'b'] }]\n";
+    for (shape, period) in [(side_by_side, 20), (side_by_side, 400), (diamond, 20), (diamond, 400)] {
+        let low = task("low", "value = 1", (period, 2 * period), &[("cpu", 10)]);
+        let high = "[[task]]\nname = 'high'\nvalue = 1000\nfloor = [1, 1]\nperiod = '20ms'\ndeadline = '20ms'\n";
+        for tasks in [format!("{low}{high}{shape}"), format!("{high}{shape}{low}")] {
+            let found = on_time(&tasks);
+            let high = found[usize::from(tasks.starts_with(&low))];
+            assert_eq!(high.0, high.1, "{tasks}");
+        }
+    }
+}
