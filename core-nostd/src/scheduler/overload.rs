@@ -3,8 +3,8 @@
 //! *Rule.* The first job x of the forward schedule that is late is looked at beside all that start a node before it
 //! ends, where it needs lanes too. If x were in time without those below it, the least of these goes, or another of the least's
 //! rank that is late, where fewer are late without that one. Otherwise x goes where another, which could be in time, is late beside it, or, if
-//! it has not started, where the next one of its task is to be late because of it; and where none is, x stays: it costs nobody anything, and so do estimates recover. The schedule is run again. Of
-//! several that went, those come back that need not be gone.
+//! it has not started, where the next one of its task is to be late because of it; and where none is, x stays, and goes last:
+//! it costs nobody anything, and so do estimates recover. The schedule is run again. Of several that went, those come back that need not be gone.
 //! *Why it holds.* What goes is below x and saves it, or is late itself. So a job is late because of lower ranks only
 //! where these hold lanes already.
 //! *Time bound.* A look runs at most 4 * [`MOST`] + [`Capacity::JOBS`] + 3 forward schedules.
@@ -12,6 +12,7 @@
 use super::standing::{PROBE, Standing};
 use super::{Scheduler, action::ShedReason, bits, forward::Forward, outlook::Case, those};
 use crate::capacity::{Capacity, Empty};
+use crate::config::Gate;
 use crate::policy::floor::Floor;
 use crate::time::Instant;
 
@@ -104,7 +105,28 @@ impl<C: Capacity> Scheduler<C> {
                 }
             }
         }
+        self.postpone(stay, &forward);
         (stay, forward.laxity)
+    }
+
+    /// Has jobs that stay, have not started and are late by more than their best case saves go behind all others until the
+    /// next look: they run where a lane would be idle, and what they began would keep later ones from their lanes. A lane
+    /// that may wait for them could still save them.
+    fn postpone(&mut self, stay: u64, forward: &Forward<C>) {
+        let is_lost = |slot: &usize| {
+            let job = &self.jobs[*slot];
+            if job.started || self.config.gate == Gate::Lookahead {
+                return false;
+            }
+            let [expected, best] = [Case::Expected, Case::Best].map(|case| self.bound(job, *slot, case));
+            forward.lateness(*slot, job.deadline) > expected.saturating_sub(best)
+        };
+        let lost = those(stay & forward.late, is_lost);
+        for slot in self.slots().filter(|_| lost != 0) {
+            let band = self.jobs[slot].band;
+            self.jobs[slot].band = if lost >> slot & 1 != 0 { 0 } else { band + 1 };
+            self.requeue(slot);
+        }
     }
 
     /// Whether a late job that has not started makes the next one of its task late, by its period. A probe may.

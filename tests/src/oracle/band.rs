@@ -9,6 +9,8 @@ use super::job::Job;
 /// What goes before keys, the lowest first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Band {
+    /// Late and to stay, until the next look.
+    Last,
     /// Of all jobs without pressure, and of a new one until the next look.
     Lowest,
     /// In time, owed, value.
@@ -22,6 +24,9 @@ pub(super) type Place = (Band, Reverse<i128>);
 
 /// Below every other.
 pub(super) const NEW: Place = (Band::Lowest, Reverse(i128::MAX));
+
+/// Behind all others.
+pub(super) const LAST: Place = (Band::Last, NEW.1);
 
 impl Sim<'_> {
     /// What each look begins with: where there is pressure, and the band of each job in flight.

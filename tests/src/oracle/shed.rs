@@ -2,11 +2,14 @@
 
 use std::cmp::Reverse;
 
+use super::band::LAST;
 use super::dispatch::order;
 use super::forward::Fate;
 use super::job::Job;
 use super::rank::Standing;
-use super::{LEAVE_AT_MOST, OVERLOAD_TICKS, PROBE_EVERY, QUEUE_MAX, Reason, Sim, TICK_NS, UTILISATION_PPM};
+use super::{
+    LEAVE_AT_MOST, OVERLOAD_TICKS, PROBE_EVERY, Policy, QUEUE_MAX, Reason, Sim, TICK_NS, UTILISATION_PPM,
+};
 
 /// Positions of the jobs in flight during a look.
 struct Look {
@@ -64,7 +67,10 @@ impl Sim<'_> {
     fn look(&mut self, now: u64) {
         loop {
             self.give_bands(now);
-            let (outside, cut_short) = self.predict(now);
+            let (outside, last, cut_short) = self.predict(now);
+            for &job in &last {
+                self.jobs[job].band = LAST;
+            }
             for &(task, index) in &outside {
                 self.give_up(task, index, now, Reason::Overload);
             }
@@ -74,8 +80,8 @@ impl Sim<'_> {
         }
     }
 
-    /// The jobs that have to go, and whether as many left as one look lets go.
-    fn predict(&self, now: u64) -> (Vec<(usize, u64)>, bool) {
+    /// The jobs that have to go, the positions of those that go last, and whether as many left as one look lets go.
+    fn predict(&self, now: u64) -> (Vec<(usize, u64)>, Vec<usize>, bool) {
         let mut look = Look { group: (0..self.jobs.len()).collect(), kept: Vec::new(), lost: Vec::new() };
         // Those that left, by what they were when they did.
         let mut outside: Vec<(Standing, usize)> = Vec::new();
@@ -106,8 +112,12 @@ impl Sim<'_> {
                 stays_out
             });
         }
+        let fates = self.forward(&look.group, now);
+        let may = |fate: &&Fate| self.is_late(fate) && self.policy == Policy::Redrt;
+        let late = fates.iter().filter(may).map(|fate| fate.job);
+        let last = late.filter(|&job| !self.jobs[job].started).collect();
         let name = |(_, job): (Standing, usize)| (self.jobs[job].task, self.jobs[job].index);
-        (outside.into_iter().map(name).collect(), cut_short)
+        (outside.into_iter().map(name).collect(), last, cut_short)
     }
 
     /// Of these jobs that are late, the one that ends first.

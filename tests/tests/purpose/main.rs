@@ -179,6 +179,39 @@ fn one_graph_with_a_tight_deadline_gets_what_the_lanes_can_carry() {
     }
 }
 
+/// A job that will be late anyway takes no lane before others that would be in time: what it began would keep the next one late.
+#[test]
+fn who_is_late_anyway_takes_no_lane_before_others() {
+    let chain = [("5465us", ""), ("6991us", "'n0'"), ("14719us", "'n1'")];
+    let forks = [("11177us", ""), ("2374us", "'n0'"), ("8478us", "'n0'"), ("13760us", "'n1', 'n2'")];
+    let joins = [
+        ("24420us", ""),
+        ("10676us", "'n0'"),
+        ("21354us", "'n0', 'n1'"),
+        ("21990us", "'n1', 'n2'"),
+        ("26840us", "'n0'"),
+    ];
+    let graphs = [
+        (chain.as_slice(), 11_222, 40_763, 27_175),
+        (&forks, 15_592, 57_263, 35_789),
+        (&joins, 48_619, 131_601, 105_280),
+    ];
+    for (nodes, period, deadline, work_us) in graphs {
+        let node = |(nth, (wcet, after)): (usize, &(&str, &str))| {
+            format!("[[task.node]]\nname = 'n{nth}'\nwcet = '{wcet}'\nafter = [{after}]\n")
+        };
+        let nodes_text: String = nodes.iter().enumerate().map(node).collect();
+        let text = format!(
+            "[[pool]]\nname = 'cpu'\nlanes = 1\n[[task]]\nname = 't'\nperiod = '{period}us'\n\
+             deadline = '{deadline}us'\n{nodes_text}"
+        );
+        let workload = parse(text.as_bytes(), Format::Toml, "late.toml").unwrap_or_else(|e| panic!("{e}"));
+        let report = simulate(&workload, &options(oracle::Policy::Redrt, 20 * SECOND_NS)).expect("it fits");
+        let (can, on_time) = (20_000_000 / work_us, report.tasks[0].on_time);
+        assert!(100 * on_time >= 95 * can, "{on_time} of {can}: {text}");
+    }
+}
+
 #[test]
 fn none_of_equals_gets_nothing() {
     for (lanes, times) in kinds() {

@@ -102,7 +102,8 @@ fn parallel_nodes_of_a_higher_value_lose_nothing_to_a_lower_one() {
                    { name = 'b', wcet = '6ms', after = ['cam'] }, { name = 'out', wcet = '2ms', after = ['a', 'b'] }]\n";
     for (shape, period) in [(side_by_side, 20), (side_by_side, 400), (diamond, 20), (diamond, 400)] {
         let low = task("low", "value = 1", (period, 2 * period), &[("cpu", 10)]);
-        let high = "[[task]]\nname = 'high'\nvalue = 1000\nfloor = [1, 1]\nperiod = '20ms'\ndeadline = '20ms'\n";
+        let high =
+            "[[task]]\nname = 'high'\nvalue = 1000\nfloor = [1, 1]\nperiod = '20ms'\ndeadline = '20ms'\n";
         for tasks in [format!("{low}{high}{shape}"), format!("{high}{shape}{low}")] {
             let found = on_time(&tasks);
             let high = found[usize::from(tasks.starts_with(&low))];

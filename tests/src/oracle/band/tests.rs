@@ -125,8 +125,8 @@ fn bands_are_of_the_last_look() {
         let sim = stepped(&workload, until_ms);
         sim.jobs.iter().map(|job| (job.task, job.band.0)).collect::<Vec<_>>()
     };
-    // Nobody has lost anything yet.
-    assert_eq!(bands(0), [(0, Band::Highest), (1, Band::Highest)]);
+    // Nobody has lost anything yet, but one is late and stays.
+    assert_eq!(bands(0), [(0, Band::Highest), (1, Band::Last)]);
     assert_eq!(bands(40), [(1, Band::Ranked(true, false, 1)), (2, Band::Highest)]);
     // Nothing is left of the pressure at 80.
     assert_eq!(bands(80), [(1, Band::Lowest)]);

@@ -101,9 +101,9 @@ fn the_job_of_less_value_goes_before_it_makes_another_late() {
         ["low/0 0 overload", "low/1 80 hopeless", "low/2 130 hopeless"]
     );
     // The values of the others do not matter where a floor cannot spare a job. Nobody below high is in its way, it
-    // harms nobody else, and stays until it is known to be late.
+    // harms nobody else, and stays behind low until it is known to be late.
     let floored = workload(1, vec![of("low", 1, Some((1, 1))), of("high", 10, None)]);
-    assert_eq!(sheds(&floored, Policy::Redrt, 51), ["high/0 50 hopeless"]);
+    assert_eq!(sheds(&floored, Policy::Redrt, 51), ["high/0 30 hopeless"]);
     // One node each, in the order of the keys 13 and 15.
     let single = |name: &str, due_ms: u64, value: u32| Task {
         value,
@@ -260,7 +260,7 @@ fn one_that_is_late_goes_instead_of_the_least() {
     assert_eq!(of(1, 25), ["second/0 0 overload"]);
     // It is in time, or of another rank.
     assert_eq!(of(1, 26), ["most/0 0 overload"]);
-    assert_eq!(of(2, 25), ["most/0 0 overload", "second/0 12 hopeless"]);
+    assert_eq!(of(2, 25), ["most/0 0 overload", "second/0 10 hopeless"]);
 }
 
 #[test]
