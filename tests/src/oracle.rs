@@ -101,8 +101,10 @@ pub const MERGE_WINDOW_NS: u64 = 100_000_000;
 pub const JOBS_IN_FLIGHT: usize = 64;
 /// Jobs of a task over which floors remember who was lost.
 pub const FLOOR_MEMORY: u64 = 128;
-/// One job of so many is a probe; so many jobs tell whether a task only loses.
-pub const PROBE_EVERY: u64 = 16;
+/// One job of so many is a probe.
+pub const PROBE_EVERY: u64 = 17;
+/// So many jobs tell whether a task only loses.
+pub const RECENT_JOBS: u64 = 16;
 /// Jobs that leave in one look.
 pub const LEAVE_AT_MOST: usize = 16;
 

@@ -10,7 +10,7 @@
 //! *Of a higher rank.* Whatever the gate, the next job of a task of higher rank that has less to spare than the head takes, at WCET,
 //! counts whatever the head's key is, where it first needs the pool, and the head waits for it even if it is late by that; others that
 //! are ready and need not wait go before it. A late release is waited for for an eighth of its period. What cannot be in time alone, or
-//! lost all of late, is waited for by nobody, but for one probe in 16.
+//! lost all of late, is waited for by nobody, but for one probe in 17.
 //! *Why it ends.* A head that may be late for its key waits no longer, and each wait ends at an instant that is told. For a
 //! higher rank it waits as long as it would take the lane of each next job; but a probe only for what a floor cannot spare.
 

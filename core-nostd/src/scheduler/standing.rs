@@ -3,7 +3,7 @@
 //! *Rule.* By rank: who can end in time by estimates before who cannot; who is owed by a floor; the value; whose turn
 //! it is. Among equals a job that has not started goes before one that has, then more remaining work before less,
 //! weighed by how its task fared of late, then the newest.
-//! *Why nobody starves.* Each 16th job of a task is a probe: it ranks as if it could end in time, so that an estimate
+//! *Why nobody starves.* Each 17th job of a task is a probe: it ranks as if it could end in time, so that an estimate
 //! that is wrong gets another sample, and before its equals if all of the last 16 were lost: of several such, the one that lost
 //! the most in a row.
 
@@ -13,8 +13,8 @@ use crate::policy::floor::{Floor, RECENT};
 use crate::time::Instant;
 use core::cmp::Reverse;
 
-/// One job in so many is a probe.
-pub(super) const PROBE: u64 = 16;
+/// One job in so many is a probe: a prime, or probes would meet the same jobs of others each time.
+pub(super) const PROBE: u64 = 17;
 
 crate::capacity::values! {
     /// What a job is worth beside others, the least first.

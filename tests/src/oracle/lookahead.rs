@@ -2,7 +2,7 @@
 
 use super::band::Place;
 use super::job::{Job, State, SubId};
-use super::{PROBE_EVERY, Policy, Sim, Unit, keys};
+use super::{PROBE_EVERY, Policy, RECENT_JOBS, Sim, Unit, keys};
 use crate::graph::Graph;
 
 /// A node that takes a lane: key, when it is ready, cost, whether its job is above the head's.
@@ -115,7 +115,7 @@ impl Sim<'_> {
 
     /// Whether the next job of a task could be in time alone, by its costs and by how its last ones fared.
     pub(super) fn can_gain(&self, task: usize, graph: &Graph) -> bool {
-        let lost_all = self.recently_lost(task, &[]) == PROBE_EVERY;
+        let lost_all = self.recently_lost(task, &[]) == RECENT_JOBS;
         self.slack(task, graph) >= 0 && (!lost_all || self.next_index(task).is_multiple_of(PROBE_EVERY))
     }
 

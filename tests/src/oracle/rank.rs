@@ -3,7 +3,7 @@
 use std::cmp::Reverse;
 
 use super::job::{Job, State};
-use super::{FLOOR_MEMORY, PROBE_EVERY, Sim};
+use super::{FLOOR_MEMORY, PROBE_EVERY, RECENT_JOBS, Sim};
 use crate::graph::Role;
 
 /// In time; not spared by its floor; value; of a probe of a task that only loses, how many in a row.
@@ -61,20 +61,20 @@ impl Sim<'_> {
     /// The place of a job in the order of who goes first, where those at the positions `lost` left or stay late.
     pub(super) fn standing(&self, job: &Job, lost: &[usize], now: u64) -> Standing {
         let work: u64 = self.left(job, now).iter().sum();
-        let weight = u128::from(work) * u128::from(PROBE_EVERY + self.recently_kept(job.task, lost));
+        let weight = u128::from(work) * u128::from(RECENT_JOBS + self.recently_kept(job.task, lost));
         let (release, task, index) = (Reverse(job.release), Reverse(job.task), Reverse(job.index));
         (self.rank(job, lost, now), job.started, Reverse(weight), release, task, index)
     }
 
     /// How many of the last jobs of a task, up to the newest that ended, are not lost. Those before the first are not.
     fn recently_kept(&self, task: usize, lost: &[usize]) -> u64 {
-        PROBE_EVERY - self.recently_lost(task, lost)
+        RECENT_JOBS - self.recently_lost(task, lost)
     }
 
     /// How many of these are.
     pub(super) fn recently_lost(&self, task: usize, lost: &[usize]) -> u64 {
         let Some(newest) = self.newest_ended(task, lost) else { return 0 };
-        let last = (newest + 1).saturating_sub(PROBE_EVERY)..=newest;
+        let last = (newest + 1).saturating_sub(RECENT_JOBS)..=newest;
         last.filter(|&index| self.is_lost(task, index, lost)).count() as u64
     }
 

@@ -80,7 +80,7 @@ fn a_long_node_that_comes_seldom_costs_a_higher_value_nothing() {
         let tight = task("tight", "value = 1000", (20, 20), &[("cpu", 16)]);
         let long = task("long", "value = 1", (period, deadline), &[("cpu", 24)]);
         let found = on_time(&[tight, long].concat());
-        // One job in 16 of a task that lost all is a probe.
+        // One job in 17 of a task that lost all is a probe.
         assert!(found[0].0 + 1 + found[1].1 / 16 >= found[0].1, "every {period} ms: {found:?}");
     }
 }

@@ -104,15 +104,15 @@ fn a_probe_ranks_higher_where_its_task_only_loses() {
     };
     // What is lost for certain is no probe.
     assert_eq!(rank(&late, 0, |_| true, 0), (false, false, 7, 0));
-    assert_eq!(rank(&late, 16, |_| true, 16), (false, false, 7, 0));
+    assert_eq!(rank(&late, 16, |_| true, 17), (false, false, 7, 0));
     assert_eq!(rank(&late, 0, |_| true, 1), (false, false, 7, 0));
     assert_eq!(rank(&punctual, 0, |_| true, 1), (true, false, 7, 0));
-    assert_eq!(rank(&punctual, 16, |_| true, 16), (true, false, 7, 16));
-    assert_eq!(rank(&punctual, 16, |job| job != 0, 16), (true, false, 7, 0));
-    assert_eq!(rank(&punctual, 17, |job| job != 0, 32), (true, false, 7, 16));
-    assert_eq!(rank(&punctual, 16, |_| true, 17), (true, false, 7, 0));
+    assert_eq!(rank(&punctual, 16, |_| true, 17), (true, false, 7, 16));
+    assert_eq!(rank(&punctual, 16, |job| job != 0, 17), (true, false, 7, 0));
+    assert_eq!(rank(&punctual, 17, |job| job != 0, 34), (true, false, 7, 16));
+    assert_eq!(rank(&punctual, 16, |_| true, 18), (true, false, 7, 0));
     // Of 15 lost jobs and one before the first, one is not lost.
-    assert_eq!(rank(&punctual, 15, |_| true, 16), (true, false, 7, 0));
+    assert_eq!(rank(&punctual, 15, |_| true, 17), (true, false, 7, 0));
 }
 
 #[test]
@@ -152,7 +152,7 @@ fn who_left_counts_as_ended_and_lost() {
     let sixteen = sim.new_job(0, 16, 0);
     sim.jobs.push(sixteen);
     let last = |gone: &[usize]| {
-        let job = sim.new_job(0, 32, 0);
+        let job = sim.new_job(0, 34, 0);
         let Reverse(weight) = sim.standing(&job, gone, 0).2;
         (sim.rank(&job, gone, 0).3, weight / u128::from(10 * MS))
     };
