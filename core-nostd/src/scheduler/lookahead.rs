@@ -9,7 +9,8 @@
 //! Under pressure those that would not go before the head all the same are left out.
 //! *Of a higher rank.* Whatever the gate, the next job of a task of higher rank that has less to spare than the head takes, at WCET,
 //! counts whatever the head's key is, where it first needs the pool, and the head waits for it even if it is late by that; others that
-//! are ready and need not wait go before it. A late release is waited for for an eighth of its period. What cannot be in time alone, or
+//! are ready and need not wait go before it. A lane that runs a higher rank is free once all behind that has run. A late release is
+//! waited for for an eighth of its period. What cannot be in time alone, or
 //! lost all of late, is waited for by nobody, but for one probe in 17.
 //! *Why it ends.* A head that may be late for its key waits no longer, and each wait ends at an instant that is told. For a
 //! higher rank it waits as long as it would take the lane of each next job; but a probe only for what a floor cannot spare.
@@ -174,10 +175,15 @@ impl<C: Capacity> Scheduler<C> {
         }
         let ends = ends.unwrap_or_else(|| self.lanes_end());
         let mut free = <C::Lanes<u64>>::EMPTY;
+        let rank_of = |slot: usize| self.rank(&self.jobs[slot], slot, self.floor_of(&self.jobs[slot]));
         for lane in 0..C::LANES {
             let l = &self.lanes[lane];
             let is_lost = lanes >> lane & 1 == 0 || l.is_busy() && l.members == 0;
-            free[lane] = if is_lost { u64::MAX } else { ends[lane].max(now) };
+            // What is behind a unit of a higher rank goes on at once.
+            let above =
+                bits(l.members).filter(|slot| !looks && rank_of(*slot).beside_next() > rank_of_head());
+            let after = above.map(|slot| self.after(slot, lane)).fold(0, u64::max);
+            free[lane] = if is_lost { u64::MAX } else { ends[lane].max(now).saturating_add(after) };
         }
         let mut behind = free;
         take::<C>(&mut behind, &head);
@@ -192,6 +198,18 @@ impl<C: Capacity> Scheduler<C> {
         let is_in_time = take::<C>(&mut free, &head) <= head.key;
         let until = if is_in_time { until } else { until_above };
         (until < u64::MAX).then_some(Wait { until, closes: until_above == u64::MAX })
+    }
+
+    /// How long the path of a job is after what it runs on a lane, at WCET, if all of it is in this pool.
+    fn after(&self, slot: usize, lane: usize) -> u64 {
+        let (job, version) = (&self.jobs[slot], self.version(slot));
+        let due = job.deadline.since(job.release).as_nanos().cast_signed();
+        let after = |rank| {
+            let path = due.saturating_sub(version.key[rank]).max(0).cast_unsigned();
+            path.saturating_sub(self.node(slot, rank).cost())
+        };
+        let is_here = version.pool_mask == 1 << self.lanes[lane].pool;
+        self.ranks_on(slot, lane).filter(|_| is_here).map(after).max().unwrap_or_default()
     }
 
     /// When each lane has run the cost of its unit, if a job in flight needs it, and of what waits on it.

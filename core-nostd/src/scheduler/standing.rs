@@ -4,7 +4,7 @@
 //! it is. Among equals a job that has not started goes before one that has, then more remaining work before less,
 //! weighed by how its task fared of late, then the newest.
 //! *Why nobody starves.* Each 17th job of a task is a probe: it ranks as if it could end in time, so that an estimate
-//! that is wrong gets another sample, and before its equals if all of the last 16 were lost: of several such, the one that lost
+//! that is wrong gets another sample, and before its equals if more than the last 16 were lost: of several such, the one that lost
 //! the most in a row.
 
 use super::{Scheduler, jobs::Job, outlook::Case};
@@ -63,7 +63,7 @@ impl<C: Capacity> Scheduler<C> {
             has_chance: is_probe || in_time(Case::Expected),
             is_owed: !floor.spares(job.index),
             value: self.tasks[job.task.index()].timing.value,
-            due: if is_probe && floor.recently_lost() == RECENT { floor.lost_in_row() } else { 0 },
+            due: if is_probe && floor.lost_in_row() > RECENT { floor.lost_in_row() } else { 0 },
         }
     }
 

@@ -45,7 +45,7 @@ impl Sim<'_> {
         soon.sort_unstable();
         soon.truncate(self.workload.pools[pool].lanes as usize);
 
-        let mut before = self.free_from(pool, now);
+        let mut before = self.free_from(pool, now, Some(self.least_above(job, now)).filter(|_| !looks));
         let mut behind = before.clone();
         take(&mut behind, head);
         let mut until = Vec::new();
@@ -85,8 +85,7 @@ impl Sim<'_> {
     /// sources.
     fn next_jobs(&self, pool: usize, (head, cost_ns): (&Job, u64), looks: bool, now: u64) -> Vec<Soon> {
         let mut found = Vec::new();
-        let (_, needed, own, due) = self.rank(head, &[], now);
-        let least = (needed, if due > 0 { u32::MAX } else { own });
+        let (least, own) = (self.least_above(head, now), self.workload.tasks[head.task].value);
         for (task, model) in self.workload.tasks.iter().enumerate() {
             let Some((at, graph)) = self.expected_release(task) else { continue };
             let next = (self.floor_needs_job(task, self.next_index(task), &[]), model.value);
@@ -130,11 +129,29 @@ impl Sim<'_> {
         i128::from(least)
     }
 
-    /// From when on each lane of the pool is free, but those of units that nobody needs.
-    fn free_from(&self, pool: usize, now: u64) -> Vec<u64> {
+    /// What others have to be above to be waited for: whether their floor cannot spare them, their value.
+    fn least_above(&self, job: &Job, now: u64) -> (bool, u32) {
+        let (_, needed, value, due) = self.rank(job, &[], now);
+        (needed, if due > 0 { u32::MAX } else { value })
+    }
+
+    /// From when on each lane of the pool is free, but those of units that nobody needs: with what follows behind a unit of a job
+    /// above, in its longest path, if all of its nodes are of this pool.
+    fn free_from(&self, pool: usize, now: u64, least: Option<(bool, u32)>) -> Vec<u64> {
+        let behind = |&(task, index, node): &SubId| {
+            let job = self.job(task, index)?;
+            let goes_on = job.graph.nodes.iter().all(|node| node.pool == pool)
+                && least.is_some_and(|least| self.least_above(job, now) > least);
+            let path = job.due - job.keys[node] - i128::from(job.graph.nodes[node].cost_ns);
+            goes_on.then_some(path as u64)
+        };
+        let end = |unit: &Unit| {
+            let behind = unit.members.iter().filter_map(behind).max().unwrap_or(0);
+            self.unit_end(unit, now).map(|end| end + behind)
+        };
         let of = |lane: u32| {
             let unit = self.running.iter().find(|unit| unit.pool == pool && unit.lane == lane);
-            unit.map_or(Some(now), |unit| self.unit_end(unit, now))
+            unit.map_or(Some(now), end)
         };
         (0..self.workload.pools[pool].lanes).filter_map(of).collect()
     }

@@ -50,11 +50,8 @@ impl Sim<'_> {
         let in_time = self.bound(job, now) <= job.due;
         let probe = in_time && job.index.is_multiple_of(PROBE_EVERY);
         let value = self.workload.tasks[job.task].value;
-        let due = if probe && self.recently_kept(job.task, lost) == 0 {
-            self.lost_in_row(job.task, lost)
-        } else {
-            0
-        };
+        let in_row = self.lost_in_row(job.task, lost);
+        let due = if probe && in_row > RECENT_JOBS { in_row } else { 0 };
         (in_time, self.floor_needs(job, lost), value, due)
     }
 

@@ -232,6 +232,31 @@ fn none_of_equals_gets_nothing() {
     }
 }
 
+/// Nor where all periods are of one grid.
+#[test]
+fn none_of_equals_on_a_grid_gets_nothing() {
+    // Period, deadline and nodes in ms; each after the one before it, or all side by side.
+    let tasks = [
+        (40, 80, [2, 2].as_slice(), false),
+        (40, 80, &[1, 5], false),
+        (20, 20, &[5, 10], true),
+        (20, 40, &[10, 1, 2], true),
+        (10, 10, &[2, 5], true),
+    ];
+    let mut text = String::from("[[pool]]\nname = 'cpu'\nlanes = 1\n");
+    for (nth, (period, deadline, nodes, is_chain)) in tasks.iter().enumerate() {
+        text += &format!("[[task]]\nname = 't{nth}'\nperiod = '{period}ms'\ndeadline = '{deadline}ms'\n");
+        for (at, ms) in nodes.iter().enumerate() {
+            let after = if *is_chain && at > 0 { format!("after = ['n{}']", at - 1) } else { String::new() };
+            text += &format!("[[task.node]]\nname = 'n{at}'\nwcet = '{ms}ms'\n{after}\n");
+        }
+    }
+    let workload = parse(text.as_bytes(), Format::Toml, "grid.toml").unwrap_or_else(|e| panic!("{e}"));
+    let report = simulate(&workload, &options(oracle::Policy::Redrt, 20 * SECOND_NS)).expect("it fits");
+    let on_time: Vec<u64> = report.tasks.iter().map(|task| task.on_time).collect();
+    assert!(on_time.iter().all(|on_time| *on_time >= 20), "{on_time:?}");
+}
+
 /// Nor does a task that has an hour keep it in mind.
 #[test]
 fn a_task_with_time_does_not_make_a_burst_last() {

@@ -7,7 +7,12 @@ use red_workload::{Format, parse};
 
 /// Of each task of a file on one lane, and on one of a `gpu`: how many jobs are on time in 20 s, of how many that were due.
 fn on_time(tasks: &str) -> Vec<(u64, u64)> {
-    let pools = "[[pool]]\nname = 'cpu'\nlanes = 1\n[[pool]]\nname = 'gpu'\nlanes = 1\n";
+    on_time_on(1, tasks)
+}
+
+/// As `on_time`, on so many lanes of the CPU.
+fn on_time_on(lanes: u8, tasks: &str) -> Vec<(u64, u64)> {
+    let pools = format!("[[pool]]\nname = 'cpu'\nlanes = {lanes}\n[[pool]]\nname = 'gpu'\nlanes = 1\n");
     let file = format!("{pools}{tasks}");
     let workload =
         parse(file.as_bytes(), Format::Toml, "waits.toml").unwrap_or_else(|e| panic!("{e}\n{file}"));
@@ -109,5 +114,17 @@ fn parallel_nodes_of_a_higher_value_lose_nothing_to_a_lower_one() {
             let high = found[usize::from(tasks.starts_with(&low))];
             assert_eq!(high.0, high.1, "{tasks}");
         }
+    }
+}
+
+/// Jobs of a higher value that overlap need several lanes, each to its end.
+#[test]
+fn overlapping_jobs_of_a_higher_value_lose_next_to_nothing_to_a_lower_one() {
+    let high = task("high", "value = 1000\nfloor = [1, 1]", (12, 18), &[("cpu", 8), ("cpu", 8)]);
+    let low = task("low", "value = 1", (20, 40), &[("cpu", 16)]);
+    for tasks in [[low.as_str(), &high].concat(), [high.as_str(), &low].concat()] {
+        let found = on_time_on(2, &tasks);
+        let high = found[usize::from(tasks.starts_with(&low))];
+        assert!(100 * high.0 >= 99 * high.1, "{found:?}: {tasks}");
     }
 }

@@ -104,15 +104,15 @@ fn a_probe_ranks_higher_where_its_task_only_loses() {
     };
     // What is lost for certain is no probe.
     assert_eq!(rank(&late, 0, |_| true, 0), (false, false, 7, 0));
-    assert_eq!(rank(&late, 16, |_| true, 17), (false, false, 7, 0));
+    assert_eq!(rank(&late, 17, |_| true, 17), (false, false, 7, 0));
     assert_eq!(rank(&late, 0, |_| true, 1), (false, false, 7, 0));
     assert_eq!(rank(&punctual, 0, |_| true, 1), (true, false, 7, 0));
-    assert_eq!(rank(&punctual, 16, |_| true, 17), (true, false, 7, 16));
-    assert_eq!(rank(&punctual, 16, |job| job != 0, 17), (true, false, 7, 0));
-    assert_eq!(rank(&punctual, 17, |job| job != 0, 34), (true, false, 7, 16));
-    assert_eq!(rank(&punctual, 16, |_| true, 18), (true, false, 7, 0));
-    // Of 15 lost jobs and one before the first, one is not lost.
-    assert_eq!(rank(&punctual, 15, |_| true, 17), (true, false, 7, 0));
+    assert_eq!(rank(&punctual, 17, |_| true, 17), (true, false, 7, 17));
+    assert_eq!(rank(&punctual, 17, |job| job != 0, 17), (true, false, 7, 0));
+    assert_eq!(rank(&punctual, 18, |job| job != 0, 34), (true, false, 7, 17));
+    assert_eq!(rank(&punctual, 17, |_| true, 18), (true, false, 7, 0));
+    // What is before the first job is not lost.
+    assert_eq!(rank(&punctual, 16, |_| true, 17), (true, false, 7, 0));
 }
 
 #[test]
@@ -148,14 +148,15 @@ fn who_left_counts_as_ended_and_lost() {
     assert_eq!((needs(&[]), needs(&[0])), ([false; 3], [true, true, false]));
 
     let free = workload(1, vec![task(one_node())]);
-    let mut sim = after(&free, 16, |job| job != 0);
-    let sixteen = sim.new_job(0, 16, 0);
-    sim.jobs.push(sixteen);
-    let last = |gone: &[usize]| {
+    let last = |ended: u64, gone: &[usize]| {
+        let mut sim = after(&free, ended, |job| job != 0);
+        let next = sim.new_job(0, ended, 0);
+        sim.jobs.push(next);
         let job = sim.new_job(0, 34, 0);
         let Reverse(weight) = sim.standing(&job, gone, 0).2;
         (sim.rank(&job, gone, 0).3, weight / u128::from(10 * MS))
     };
-    // Job 0 was in time. It is none of the last 16 any more once job 16 left.
-    assert_eq!((last(&[]), last(&[0])), ((0, 17), (16, 16)));
+    // Job 0 was in time. It is none of the last 16 any more once job 16 left, and 17 are lost once job 17 left.
+    assert_eq!((last(16, &[]), last(16, &[0])), ((0, 17), (0, 16)));
+    assert_eq!((last(17, &[]), last(17, &[0])), ((0, 16), (17, 16)));
 }
