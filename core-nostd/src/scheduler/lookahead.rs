@@ -9,19 +9,17 @@
 //! Under pressure those that would not go before the head all the same are left out.
 //! *Of a higher rank.* Whatever the gate, the next job of a task of higher rank that has less to spare than the head takes, at WCET,
 //! counts whatever the head's key is, where it first needs the pool, and the head waits for it even if it is late by that; others that
-//! are ready and need not wait go before it. A lane that runs a higher rank is free once all behind that has run. A late release is
+//! are ready and need not wait go before it. If it needs no other pool, it counts on as many lanes as its work needs. A lane that runs a higher rank is free once all behind that has run. A late release is
 //! waited for for an eighth of its period. What cannot be in time alone, or
 //! lost all of late, is waited for by nobody, but for one probe in 17.
 //! *Why it ends.* A head that may be late for its key waits no longer, and each wait ends at an instant that is told. For a
 //! higher rank it waits as long as it would take the lane of each next job; but a probe only for what a floor cannot spare.
 
-use super::standing::PROBE;
-use super::{Scheduler, bits, tasks::Task};
+use super::{Scheduler, bits};
 use crate::capacity::{Capacity, Empty};
 use crate::config::Gate;
 use crate::graph::NodeSet;
 use crate::id::UnitId;
-use crate::policy::floor::RECENT;
 use crate::time::Instant;
 
 /// The part of a period for which a release may be late and is waited for.
@@ -158,16 +156,26 @@ impl<C: Capacity> Scheduler<C> {
             if is_late && patience <= now {
                 continue;
             }
+            let mut add = |before: i64, spare: i64, cost| {
+                let at = if is_late { patience } else { due.saturating_add_signed(before) };
+                let key = signed(due).saturating_add(before).saturating_add(spare);
+                let key = if is_late { key.max(signed(at)) } else { key };
+                meet(Soon { key, at, cost, outranks: is_above });
+            };
+            if is_above && version.pool_mask == 1 << pool {
+                // As many lanes as its work needs, for an equal part of it each.
+                let (work, length) = (version.work[pool], task.timing.deadline.as_nanos());
+                let count = work.div_ceil(length.max(1)).max(1);
+                let cost = work.div_ceil(count);
+                (0..count).for_each(|_| add(0, version.slack.min(signed(length.saturating_sub(cost))), cost));
+                continue;
+            }
             for rank in firsts.iter() {
                 // What is before it leaves it no more than what the whole job has to spare, nor does what is beside it.
                 let (own, is_source) = (version.key[rank], version.sources.contains(rank));
                 let before = if is_source { 0 } else { own.saturating_sub(version.slack).max(0) };
-                let at = if is_late { patience } else { due.saturating_add_signed(before) };
-                let latest = if is_above { before.saturating_add(version.slack) } else { own };
-                let key = signed(due).saturating_add(latest);
-                let key = if is_late { key.max(signed(at)) } else { key };
                 let cost = task.nodes[usize::from(version.order[rank])].cost();
-                meet(Soon { key, at, cost, outranks: is_above });
+                add(before, if is_above { version.slack } else { own }, cost);
             }
         }
         if soon.as_ref().iter().all(|node| node.key == i64::MAX) {
@@ -226,13 +234,6 @@ impl<C: Capacity> Scheduler<C> {
             ends[lane] = ends[lane].max(now).saturating_add(left);
         }
         ends
-    }
-
-    /// Whether the next job of a task could be in time alone, by its WCET and by how its last ones fared.
-    pub(super) fn can_gain(&self, task: &Task<C>) -> bool {
-        let version = task.newest();
-        let may_win = task.timing.floor.recently_lost() < RECENT || task.next_job.is_multiple_of(PROBE);
-        version.slack >= 0 && version.pool_mask & self.lost == 0 && may_win
     }
 }
 

@@ -7,7 +7,7 @@
 //! that is wrong gets another sample, and before its equals if more than the last 16 were lost: of several such, the one that lost
 //! the most in a row.
 
-use super::{Scheduler, jobs::Job, outlook::Case};
+use super::{Scheduler, jobs::Job, outlook::Case, tasks::Task};
 use crate::capacity::Capacity;
 use crate::policy::floor::{Floor, RECENT};
 use crate::time::Instant;
@@ -71,6 +71,13 @@ impl<C: Capacity> Scheduler<C> {
     pub(super) fn can_end_in_time(&self, job: &Job<C>, slot: usize, case: Case) -> bool {
         let left = job.deadline.as_nanos().checked_sub(self.now.as_nanos());
         left.is_some_and(|left| self.bound(job, slot, case) <= left)
+    }
+
+    /// Whether the next job of a task could be in time alone, by its WCET and by how its last ones fared.
+    pub(super) fn can_gain(&self, task: &Task<C>) -> bool {
+        let version = task.newest();
+        let may_win = task.timing.floor.recently_lost() < RECENT || task.next_job.is_multiple_of(PROBE);
+        version.slack >= 0 && version.pool_mask & self.lost == 0 && may_win
     }
 
     pub(super) fn floor_of(&self, job: &Job<C>) -> &Floor {

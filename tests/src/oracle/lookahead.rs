@@ -94,6 +94,14 @@ impl Sim<'_> {
             if !above && (!looks || self.pressed[pool] && model.value < own) {
                 continue;
             }
+            if above && graph.nodes.iter().all(|node| node.pool == pool) {
+                let work: u64 = graph.nodes.iter().map(|node| node.cost_ns).sum();
+                let count = work.div_ceil(model.deadline_ns).max(1);
+                let part = work.div_ceil(count);
+                let spare = slack.min(i128::from(model.deadline_ns) - i128::from(part));
+                found.extend((0..count).map(|_| (i128::from(at) + spare, at, part, true)));
+                continue;
+            }
             let keys = keys::at_release(self.policy, &graph, at, model.deadline_ns);
             for (node, &key) in graph.nodes.iter().zip(&keys).filter(|(node, _)| node.pool == pool) {
                 let comes_first = node.preds.iter().all(|&pred| above && graph.nodes[pred].pool != pool);

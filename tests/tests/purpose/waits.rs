@@ -128,3 +128,33 @@ fn overlapping_jobs_of_a_higher_value_lose_next_to_nothing_to_a_lower_one() {
         assert!(100 * high.0 >= 99 * high.1, "{found:?}: {tasks}");
     }
 }
+
+/// What needs both lanes is late if a lower one has one of them, however many nodes it has.
+#[test]
+fn a_higher_value_that_needs_all_lanes_gets_them() {
+    let nodes = |of: &[(&str, u64, &str)]| {
+        let node = |(name, ms, after): &(&str, u64, &str)| {
+            format!("[[task.node]]\nname = '{name}'\nwcet = '{ms}ms'\nafter = [{after}]\n")
+        };
+        of.iter().map(node).collect::<String>()
+    };
+    let diamonds = nodes(&[
+        ("a", 2, ""),
+        ("b", 6, "'a'"),
+        ("c", 6, "'a'"),
+        ("d", 2, "'b', 'c'"),
+        ("e", 2, ""),
+        ("f", 6, "'e'"),
+        ("g", 6, "'e'"),
+        ("h", 2, "'f', 'g'"),
+    ]);
+    let side_by_side = nodes(&["a", "b", "c", "d", "e", "f", "g", "h"].map(|name| (name, 4, "")));
+    for (shape, period, wcet) in [(&diamonds, 400, 10), (&diamonds, 20, 10), (&side_by_side, 40, 20)] {
+        let low = |name| task(name, "value = 1", (period, 2 * period), &[("cpu", wcet)]);
+        let high =
+            "[[task]]\nname = 'high'\nvalue = 1000\nfloor = [1, 1]\nperiod = '20ms'\ndeadline = '20ms'\n";
+        let tasks = format!("{}{}{high}{shape}", low("one"), low("other"));
+        let found = on_time_on(2, &tasks);
+        assert_eq!(found[2].0, found[2].1, "{found:?}: {tasks}");
+    }
+}
