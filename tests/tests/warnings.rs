@@ -177,6 +177,30 @@ fn who_needs_a_pool_without_lanes_is_told_of_even_if_it_costs_nothing() {
 }
 
 #[test]
+fn who_cannot_be_in_time_by_estimates_ranks_below_who_can_whatever_it_is_worth() {
+    let (mut scheduler, [first, _]) = robot(1);
+    let before = add(&mut scheduler, first, 1, 100, 9);
+    // 3 and 8 ms one after the other in 10: possible at best, as best cases are 0, and not by estimates.
+    let mut dag = Dag::new();
+    let [a, b] =
+        [3, 8].map(|ms| dag.add_node(Node::new(Wcet::from_millis(ms)).in_pool(first)).expect("it fits"));
+    dag.add_edge(a, b).expect("there is no cycle");
+    let timing = Timing::new(Duration::from_millis(10)).value(9);
+    let worth = scheduler.add_task(&dag, timing).expect("there is room");
+    let short = add(&mut scheduler, first, 4, 5, 1);
+    // The first job is a probe, and ranks as if it could be in time.
+    let probe = start(&mut scheduler, worth, 0);
+    scheduler.fail(probe.unit, at(3)).expect("it runs");
+    while scheduler.poll(at(3)).is_some() {}
+    while scheduler.take_warning().is_some() {}
+    assert_eq!(release(&mut scheduler, before, 100), []);
+    assert_eq!(release(&mut scheduler, worth, 100).len(), 1);
+    // By their keys they would run from 101 to 104 and to 108 ms, and then the rest. By rank the short one is first, and in time.
+    assert_eq!(release(&mut scheduler, short, 100), []);
+    assert_eq!(scheduler.jobs_in_flight(), 3, "so the other costs nobody anything");
+}
+
+#[test]
 fn what_waits_on_an_idle_lane_is_counted_behind_its_predecessor() {
     let (mut scheduler, [first, _]) = robot(2);
     assert!(scheduler.dispatch_ahead(first));
