@@ -42,7 +42,7 @@ pub(crate) struct Args {
     /// told. `list` names them.
     #[arg(value_name = "TABLE")]
     table: Option<String>,
-    /// How many seeds to run: 1, 2 and so on.
+    /// How many seeds to run, from 2 on.
     #[arg(long, value_name = "N", default_value_t = SEEDS, value_parser = clap::value_parser!(u64).range(2..=10_000))]
     seeds: u64,
     /// Time of each of the 125 runs of `real`.
