@@ -145,12 +145,6 @@ impl<C: Capacity> Scheduler<C> {
                 continue;
             }
             let due = task.released.saturating_add(period).as_nanos();
-            let mut firsts = version.sources.and(&version.in_pool[pool]);
-            if is_above {
-                let mut after = NodeSet::EMPTY;
-                version.in_pool[pool].iter().for_each(|rank| after.extend(&version.successors[rank]));
-                firsts = version.in_pool[pool].without(&after);
-            }
             let patience = due.saturating_add(period.as_nanos() / PATIENCE);
             let is_late = is_above && due <= now;
             if is_late && patience <= now {
@@ -169,6 +163,12 @@ impl<C: Capacity> Scheduler<C> {
                 let cost = work.div_ceil(count);
                 (0..count).for_each(|_| add(0, version.slack.min(signed(length.saturating_sub(cost))), cost));
                 continue;
+            }
+            let mut firsts = version.sources.and(&version.in_pool[pool]);
+            if is_above {
+                let mut after = NodeSet::EMPTY;
+                version.in_pool[pool].iter().for_each(|rank| after.extend(&version.successors[rank]));
+                firsts = version.in_pool[pool].without(&after);
             }
             for rank in firsts.iter() {
                 // What is before it leaves it no more than what the whole job has to spare, nor does what is beside it.
