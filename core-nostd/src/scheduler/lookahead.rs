@@ -94,7 +94,7 @@ impl<C: Capacity> Scheduler<C> {
         self.wait_of(pool, slot, rank).is_none_or(|wait| !wait.closes && instead())
     }
 
-    /// What a node has to wait for, if it should start now. Time bound: O(jobs * nodes + edges + tasks * (nodes + k) + lanes^2).
+    /// What a node has to wait for, if it should start now. Time bound: O(jobs * (nodes + edges) + tasks * (nodes + k) + lanes^2).
     fn wait_of(&self, pool: usize, slot: usize, rank: usize) -> Option<Wait> {
         let (looks, is_pressed) = (self.config.gate == Gate::Lookahead, self.is_pressed(pool));
         let p = &self.pools[pool];
