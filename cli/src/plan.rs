@@ -1,5 +1,6 @@
 //! `redrt plan`: whether a workload fits, why, and what would make it fit.
 
+mod between;
 mod compare;
 mod evidence;
 mod judge;

@@ -122,6 +122,12 @@ pub const EXPERIMENTS: &[Experiment] = &[
         run: overload::run,
     },
     Experiment {
+        name: "broken-groups",
+        what: "protected groups that redrt breaks, and who kept a lane from them",
+        group: Group::Scoreboard,
+        run: overload::broken::run,
+    },
+    Experiment {
         name: "admission",
         what: "random DAG sets that are proved before they run",
         group: Group::Scoreboard,

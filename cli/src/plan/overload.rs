@@ -1,17 +1,16 @@
 //! What a workload that does not fit will lose, before anything runs: the scheduler itself, in virtual time.
 
-mod between;
 mod losses;
 mod reason;
 
+use super::between::Between;
 use super::evidence;
 use crate::outcome::Failure;
 use crate::table::Table;
-use between::Between;
 use losses::Losses;
 use reason::Asked;
 use red_core::Duration;
-use red_sim::{Options, Report, simulate, simulate_in};
+use red_sim::{Options, simulate};
 use red_workload::model::Workload;
 use red_workload::plan::Plan;
 use serde::Serialize;
@@ -47,7 +46,7 @@ impl Overload {
         let options = options(workload);
         let losses = losses::of(simulate(workload, &options)?);
         let from_bcet = match Between::of(workload, options.seed) {
-            Some(world) => Some(losses::of(in_world(&world, workload, &options)?)),
+            Some(world) => Some(losses::of(world.simulate(&options)?)),
             None => None,
         };
         if losses.iter().chain(from_bcet.iter().flatten()).all(|task| task.lost() == 0) {
@@ -93,11 +92,6 @@ impl Overload {
 
 fn options(workload: &Workload) -> Options {
     evidence::at_wcet(evidence::horizon_ns(workload, PERIODS, MOST_SUB_JOBS))
-}
-
-/// The file has no `[sync]` grid under this policy, and best cases are those that it declares.
-fn in_world(world: &Between<'_>, workload: &Workload, options: &Options) -> Result<Report, Failure> {
-    Ok(simulate_in(world, workload, options.policy.config(), options)?)
 }
 
 fn table(tasks: &[&Losses]) -> Table {

@@ -2,7 +2,7 @@
 //!
 //! *Background.* EDF lets a lower job run while a higher one can wait. Where more comes, the higher one lacks that time
 //! later, and giving the lower one up then gives nothing back. Going by rank always would lose what EDF can carry.
-//! *Rule.* There is pressure for twice the longest relative deadline after a look at which somebody was late by keys alone, but for no
+//! *Rule.* There is pressure for four times the longest relative deadline after a look at which somebody was late by keys alone, but for no
 //! more than 16 times the longest of the late ones: a task that has hours does not keep ranks in front for hours. It is in the pools
 //! that a late job needs, and in those that jobs in flight tie to them: what fits elsewhere is left alone.
 //! While it lasts, jobs go by band and then by key. Jobs that are worth more than every task that lost a job of late are one band:
@@ -29,8 +29,8 @@ impl<C: Capacity> Scheduler<C> {
         let longest = |jobs: u64| bits(jobs).map(time).max().unwrap_or_default().as_nanos();
         let mut pressed = <C::Pools<u64>>::EMPTY;
         for (pools, jobs) in self.tied(forward.late) {
-            let time = longest(jobs).min(longest(forward.late & jobs).saturating_mul(8));
-            bits(pools.into()).for_each(|pool| pressed[pool] = time.saturating_mul(2));
+            let time = longest(jobs).min(longest(forward.late & jobs).saturating_mul(4));
+            bits(pools.into()).for_each(|pool| pressed[pool] = time.saturating_mul(4));
         }
         for pool in self.pool_numbers().filter(|pool| pressed[*pool] > 0) {
             let until = self.now.saturating_add(Duration::from_nanos(pressed[pool]));

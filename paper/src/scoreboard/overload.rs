@@ -1,5 +1,7 @@
 //! More work than the lanes can do: who gets what under each rule.
 
+mod blocking;
+pub(crate) mod broken;
 mod claims;
 mod d_over;
 mod groups;

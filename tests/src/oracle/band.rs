@@ -40,7 +40,7 @@ impl Sim<'_> {
         for (pools, tied) in self.ties(&late) {
             let longest = tied.iter().map(time).max().unwrap_or(0);
             let longest_late = late.iter().filter(|at| tied.contains(at)).map(time).max().unwrap_or(0);
-            let end = i128::from(now) + (2 * longest).min(16 * longest_late);
+            let end = i128::from(now) + (4 * longest).min(16 * longest_late);
             pools.into_iter().for_each(|pool| until[pool] = until[pool].max(end));
         }
         self.pressed = until.iter().map(|&until| i128::from(now) < until).collect();

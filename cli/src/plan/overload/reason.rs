@@ -171,8 +171,11 @@ fn rank(workload: &Workload, asked: &Asked, task: usize) -> String {
         ));
     }
     if !equal.is_empty() {
-        parts
-            .push(format!("its value {value} is also that of {}, and equals share the lanes", names(&equal)));
+        parts.push(format!(
+            "its value {value} is also that of {}, and of equals the job with more work left is given up, unless its task lost \
+             more of late",
+            names(&equal)
+        ));
     }
     if !floors.is_empty() {
         parts.push(format!("jobs that a floor cannot spare come first, of {}", names(&floors)));

@@ -7,7 +7,7 @@ use crate::stat::Estimate;
 use crate::table::{Claim, Verdict};
 
 /// The rule that is on trial, in [`Rule::ALL`].
-const OURS: usize = 0;
+pub(super) const OURS: usize = 0;
 /// The measure of groups that stay whole, and of broken ones that were blocked, in [`Measure::ALL`].
 pub(super) const WHOLE: usize = 3;
 const BLOCKED: usize = 4;

@@ -5,11 +5,12 @@
 //! a lane keep it. It is whole if 99 % of the jobs of each of its tasks are on time among the others.
 //!
 //! *Blocked.* A group that breaks is blocked if its first job that was not on time met a node of a lower value on a lane, and
-//! each such node had started while no node of the group was ready: the lane was given before anybody knew.
+//! each such node had started while the group could wait.
 
+use super::blocking::{self, Why};
 use super::load::Set;
 use super::rules;
-use crate::scoreboard::drive::{Ends, Span};
+use crate::scoreboard::drive::Ends;
 
 /// Share of a task's jobs that is enough, in percent.
 pub(super) const WHOLE_PERCENT: u64 = 99;
@@ -45,12 +46,7 @@ pub(super) fn protected(set: &Set) -> Option<Vec<Vec<usize>>> {
 
 /// What became of a group in a run of its set.
 pub(super) fn fate(set: &Set, group: &[usize], ends: &Ends) -> Group {
-    let is_whole = |task: &usize| {
-        let fates = &ends.fates[*task];
-        let on_time = fates.iter().filter(|fate| fate.on_time).count() as u64;
-        100 * on_time >= WHOLE_PERCENT * fates.len() as u64
-    };
-    if group.iter().all(is_whole) {
+    if least_on_time(group, ends) >= WHOLE_PERCENT as f64 / 100.0 {
         Group::Whole
     } else if is_blocked(set, group, ends) {
         Group::Blocked
@@ -59,46 +55,20 @@ pub(super) fn fate(set: &Set, group: &[usize], ends: &Ends) -> Group {
     }
 }
 
-fn is_blocked(set: &Set, group: &[usize], ends: &Ends) -> bool {
-    let late =
-        set.jobs().filter(|(task, job)| group.contains(task) && !ends.fates[*task][*job as usize].on_time);
-    let first = late.map(|(task, job)| (set.releases[task][job as usize], task, job)).min();
-    let Some((release, task, job)) = first else { return false };
-    let until = ends.fates[task][job as usize].at.min(release + set.tasks[task].deadline_ns);
-    let mut met = ends
-        .spans
-        .iter()
-        .filter(|span| !group.contains(&span.task) && span.start < until && span.end > release);
-    let mut is_blocked = false;
-    let are_innocent = met.all(|span| {
-        is_blocked = true;
-        !is_ready(set, group, ends, span.start)
-    });
-    is_blocked && are_innocent
+/// The share of jobs on time of the task of a group that has the least.
+pub(super) fn least_on_time(group: &[usize], ends: &Ends) -> f64 {
+    let share = |task: &usize| {
+        let fates = &ends.fates[*task];
+        let on_time = fates.iter().filter(|fate| fate.on_time).count();
+        if fates.is_empty() { 1.0 } else { on_time as f64 / fates.len() as f64 }
+    };
+    group.iter().map(share).fold(1.0, f64::min)
 }
 
-/// Whether a node of a group was ready at an instant, and got no lane then.
-fn is_ready(set: &Set, group: &[usize], ends: &Ends, at: u64) -> bool {
-    let in_flight = set.jobs().filter(|(task, job)| {
-        let (release, fate) = (set.releases[*task][*job as usize], ends.fates[*task][*job as usize]);
-        group.contains(task) && release <= at && fate.at > at
-    });
-    in_flight.into_iter().any(|(task, job)| {
-        // Spans are in the order of starts.
-        let until = |instant: u64, is_in: bool| {
-            ends.spans.partition_point(|span| span.start < instant || is_in && span.start == instant)
-        };
-        let started = &ends.spans[until(set.releases[task][job as usize], false)..until(at, true)];
-        let spans: Vec<&Span> = started.iter().filter(|span| (span.task, span.job) == (task, job)).collect();
-        let graph = &set.tasks[task].graph;
-        let has_ended = |node: usize| spans.iter().any(|span| span.node == node && span.end <= at);
-        let is_free = |node: usize| {
-            let before = (0..graph.costs.len()).filter(|from| graph.successors[*from].contains(&node));
-            before.into_iter().all(has_ended)
-        };
-        let has_started = |node: usize| spans.iter().any(|span| span.node == node);
-        (0..graph.costs.len()).any(|node| !has_started(node) && is_free(node))
-    })
+fn is_blocked(set: &Set, group: &[usize], ends: &Ends) -> bool {
+    let Some(job) = blocking::first_missed(set, group, ends) else { return false };
+    let met = blocking::met(set, group, ends, job);
+    !met.is_empty() && met.iter().all(|met| met.why != Why::CouldNotWait)
 }
 
 #[cfg(test)]

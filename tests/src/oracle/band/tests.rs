@@ -27,7 +27,7 @@ fn starts(tasks: Vec<Task>, policy: Policy, from_ms: u64) -> Vec<String> {
 
 #[test]
 fn a_lower_job_waits_under_pressure_although_its_key_is_first() {
-    // At 40 the keys are 60 and 65. Nobody is late by them, but somebody was at 20, until 80 there is pressure, and
+    // At 40 the keys are 60 and 65. Nobody is late by them, but somebody was at 20, until 140 there is pressure, and
     // low has lost a job.
     let tasks = |cost_of_first_ms: u64| {
         let first = single("first", 9, 0, cost_of_first_ms, 30);
@@ -87,13 +87,13 @@ fn the_level_is_of_tasks_with_a_job_in_flight() {
 
 #[test]
 fn pressure_ends() {
-    // The look at 20 is the last that finds somebody late: until 20 + 2 * 30 or 20 + 2 * 31, that instant excluded.
+    // The look at 20 is the last that finds somebody late: until 20 + 4 * 30 or 20 + 4 * 31, that instant excluded.
     let of = |deadline_ms: u64| {
-        let tasks = vec![first(deadline_ms), low(1), single("third", 2, 80, 15, 40)];
-        starts(tasks, Policy::Redrt, 80)[0].clone()
+        let tasks = vec![first(deadline_ms), low(1), single("third", 2, 140, 15, 40)];
+        starts(tasks, Policy::Redrt, 140)[0].clone()
     };
-    assert_eq!(of(30), "low/4/n 0 80..90");
-    assert_eq!(of(31), "third/0/n 0 80..95");
+    assert_eq!(of(30), "low/7/n 0 140..150");
+    assert_eq!(of(31), "third/0/n 0 140..155");
 }
 
 fn stepped(workload: &Workload, until_ms: u64) -> Sim<'_> {
@@ -109,9 +109,9 @@ fn pressure_is_of_a_schedule_with_all_in_one_band() {
     // By bands low/2 would run from 61 to 71 and be late. By keys it ends at 50, and second at 71.
     let workload = workload(1, vec![first(30), low(1), single("second", 2, 40, 21, 45)]);
     let pressure = |until_ms: u64| stepped(&workload, until_ms).pressure_until[0] / i128::from(MS);
-    assert_eq!([0, 20, 40].map(pressure), [60, 80, 80]);
+    assert_eq!([0, 20, 40].map(pressure), [120, 140, 140]);
     // From 60 on it is late by keys, too.
-    assert_eq!(pressure(60), 150);
+    assert_eq!(pressure(60), 240);
     let sim = stepped(&workload, 40);
     assert_eq!(sim.jobs.iter().map(|job| job.task).collect::<Vec<_>>(), [1, 2]);
     let late: Vec<bool> = sim.forward(&[0, 1], 40 * MS).iter().map(|fate| sim.is_late(fate)).collect();
@@ -128,8 +128,8 @@ fn bands_are_of_the_last_look() {
     // Nobody has lost anything yet, but one is late and stays.
     assert_eq!(bands(0), [(0, Band::Highest), (1, Band::Last)]);
     assert_eq!(bands(40), [(1, Band::Ranked(true, false, 1)), (2, Band::Highest)]);
-    // Nothing is left of the pressure at 80.
-    assert_eq!(bands(80), [(1, Band::Lowest)]);
+    // Nothing is left of the pressure at 140.
+    assert_eq!(bands(140), [(1, Band::Lowest)]);
 }
 
 #[test]

@@ -1,5 +1,5 @@
 use super::*;
-use crate::scoreboard::drive::Fate;
+use crate::scoreboard::drive::{Fate, Span};
 use crate::scoreboard::overload::load::{Shape, Times};
 use crate::scoreboard::overload::rules::Rule;
 use crate::scoreboard::sets::{Graph, Task};
@@ -39,6 +39,34 @@ fn a_node_that_takes_its_lane_while_the_group_is_ready_is_no_excuse() {
     assert_eq!(fate(&set(), &[0], &between), Group::Broken);
     let nobody = broken(&[span(0, 0, 25, 35), span(0, 1, 35, 45)]);
     assert_eq!(fate(&set(), &[0], &nobody), Group::Broken);
+}
+
+/// Two jobs of the group; the first one can wait for the lower node, and then the second one comes.
+#[test]
+fn a_node_that_takes_its_lane_while_the_group_can_wait_blocks_what_comes_next() {
+    let of = |deadline_ns: u64, gap: u64| {
+        let mut set = set();
+        set.tasks[0].deadline_ns = deadline_ns;
+        set.releases[0] = vec![5, 27];
+        let second = |node, start| Span { job: 1, ..span(0, node, start, start + 10) };
+        let spans = [
+            span(1, 0, 6, 26),
+            span(0, 0, 26, 36),
+            span(0, 1, 36, 46),
+            second(0, 46 + gap),
+            second(1, 56 + gap),
+        ];
+        let fates = [Fate { on_time: true, at: 46 - gap }, Fate { on_time: false, at: 70 }];
+        let ends = Ends {
+            fates: vec![fates.to_vec(), vec![Fate::default()]],
+            spans: spans.to_vec(),
+            ..Ends::default()
+        };
+        fate(&set, &[0], &ends)
+    };
+    assert_eq!(of(41, 0), Group::Blocked, "due at 46 after 20 of the other and 20 of its own");
+    assert_eq!(of(40, 0), Group::Broken);
+    assert_eq!(of(41, 20), Group::Broken, "nothing of the group was in flight between the two");
 }
 
 #[test]

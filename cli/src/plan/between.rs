@@ -1,6 +1,7 @@
 //! A world in which nodes take anything from their best case to their WCET.
 
-use red_sim::{Drawn, Execution, World};
+use crate::outcome::Failure;
+use red_sim::{Drawn, Execution, Options, Report, World, simulate_in};
 use red_workload::build::{Numbered, Role};
 use red_workload::model::{Part, Workload};
 
@@ -18,6 +19,11 @@ impl<'a> Between<'a> {
         let is_declared = nodes.chain(added).flat_map(|node| node.parts()).any(|(_, part)| part.bcet_ns > 0);
         let execution = Execution::Uniform { low_ppm: 0, high_ppm: 1_000_000 };
         is_declared.then_some(Self { drawn: Drawn { workload, execution, seed } })
+    }
+
+    /// Simulates. The file has no `[sync]` grid under the default policy, and best cases are those that it declares.
+    pub(super) fn simulate(&self, options: &Options) -> Result<Report, Failure> {
+        Ok(simulate_in(self, self.drawn.workload, options.policy.config(), options)?)
     }
 }
 
