@@ -241,6 +241,21 @@ fn a_job_may_end_at_its_deadline_whatever_else_ends_then() {
     assert_eq!(scheduler.complete(unit, at_ms(10)), Ok(()));
 }
 
+/// Also after a look at something else.
+#[test]
+fn the_next_instant_to_decide_is_when_the_first_job_is_late() {
+    let config = Config { late: Late::AbortJob, shed: Shed::Never, ..Config::REDRT.with_lanes(1) };
+    let mut scheduler = Scheduler::<Small>::new(config);
+    let (first, second) = (task(&mut scheduler, &[20], 9), task(&mut scheduler, &[5], 12));
+    scheduler.release(first, at_ms(0)).unwrap();
+    scheduler.release(second, at_ms(0)).unwrap();
+    assert!(start(&mut scheduler, at_ms(0)).is_some());
+    let just_after = |ms| Some(at_ms(ms).saturating_add(Duration::from_nanos(1)));
+    assert_eq!(scheduler.poll_at(), just_after(9));
+    assert!(matches!(scheduler.poll(just_after(9).unwrap()), Some(Action::Ended(_))));
+    assert_eq!((scheduler.poll(just_after(9).unwrap()), scheduler.poll_at()), (None, just_after(12)));
+}
+
 #[test]
 fn a_unit_whose_job_is_gone_keeps_its_lane_whoever_has_the_place_of_the_job() {
     let config = Config { preempt: true, ..Config::REDRT.with_lanes(1) };

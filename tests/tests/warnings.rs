@@ -101,6 +101,23 @@ fn who_goes_is_told_of_because_of_whom_and_by_how_much_it_would_have_been_late()
     assert_eq!(release(&mut scheduler, low, 0), [(low, 1_000, Some(high))]);
 }
 
+/// Keys that are equal go by release, whatever place in the table a job has.
+#[test]
+fn of_equal_keys_the_older_job_is_the_one_in_time() {
+    let (mut scheduler, [first, second]) = robot(1);
+    let elsewhere = add(&mut scheduler, second, 2, 100, 1);
+    let before = add(&mut scheduler, first, 10, 100, 1);
+    let (older, newer) = (add(&mut scheduler, first, 6, 19, 1), add(&mut scheduler, first, 6, 17, 1));
+    let unit = start(&mut scheduler, elsewhere, 0).unit;
+    assert_eq!(release(&mut scheduler, before, 0), []);
+    assert_eq!(release(&mut scheduler, older, 1), []);
+    scheduler.complete(unit, at(2)).expect("it runs");
+    assert!(scheduler.take_outcome().is_some());
+    // The newer one has the first place. Both are due at 20 ms, and end at 16 and 22.
+    let told = release(&mut scheduler, newer, 3);
+    assert_eq!((told.len(), told[0].0, told[0].1), (1, newer, 2_000), "{told:?}");
+}
+
 #[test]
 fn who_is_late_by_its_own_work_is_told_of_because_of_nobody() {
     let (mut scheduler, [first, second]) = robot(1);

@@ -179,6 +179,24 @@ fn one_graph_with_a_tight_deadline_gets_what_the_lanes_can_carry() {
     }
 }
 
+/// A chain on two lanes that are asked for a tenth too much: who is given up is one that would be late in any case, and not
+/// one after another that only had the most left to do.
+#[test]
+fn a_chain_on_two_lanes_gets_what_these_can_carry() {
+    let node = |(nth, ms): (usize, &u64)| {
+        let after = nth.checked_sub(1).map(|before| format!("'n{before}'")).unwrap_or_default();
+        format!("[[task.node]]\nname = 'n{nth}'\nwcet = '{ms}ms'\nafter = [{after}]\n")
+    };
+    let nodes: String = [2, 9, 3, 4, 5, 14, 3].iter().enumerate().map(node).collect();
+    let text = format!(
+        "[[pool]]\nname = 'cpu'\nlanes = 2\n[[task]]\nname = 't'\nperiod = '18181818ns'\ndeadline = '66ms'\n{nodes}"
+    );
+    let workload = parse(text.as_bytes(), Format::Toml, "chain.toml").unwrap_or_else(|e| panic!("{e}"));
+    let report = simulate(&workload, &options(oracle::Policy::Redrt, 8 * SECOND_NS)).expect("it fits");
+    let (on_time, can) = (report.tasks[0].on_time, 8_000 * 2 / 40);
+    assert!(100 * on_time >= 98 * can, "{on_time} of {can}");
+}
+
 /// A job that will be late anyway takes no lane before others that would be in time: what it began would keep the next one late.
 #[test]
 fn who_is_late_anyway_takes_no_lane_before_others() {
