@@ -254,8 +254,8 @@ fn about(results: &Results) -> Vec<String> {
         format!(
             "Groups: tasks from some value up that are all on time when they are alone, by the keys of redrt with no rule for \
              overload, with deadlines shorter by the longest node of the others; {} of them on {} lanes. Whole: {} % of each task's jobs are on time among the \
-             others. Blocked: broken, and every node of lower value that the first missed job met on a lane had started while \
-             nothing of the group was ready. Least over greatest: shares of jobs on time of the task with the least and the \
+             others. Blocked: broken, and every node of lower value on a lane before the first missed job ended had started while \
+             the group could wait; `broken-groups` has them by name. Least over greatest: shares of jobs on time of the task with the least and the \
              greatest.",
             of_lanes.join(", "),
             LANES.map(|lanes| lanes.to_string()).join(", "),
