@@ -11,9 +11,10 @@ use crate::scoreboard::drive::Ends;
 use crate::table::{Cell, Claim, Column, Table, Verdict};
 use std::collections::BTreeMap;
 
-/// A group that broke.
-struct Row {
-    cells: Vec<Cell>,
+/// A group that broke: what it is, and whom it met.
+struct Broken {
+    group: Vec<Cell>,
+    met: Vec<[Cell; 4]>,
     is_blocked: bool,
 }
 
@@ -22,24 +23,26 @@ pub(crate) fn run(run: &Run<'_>) -> Result<Table, PaperError> {
     for point in points() {
         cells.extend((1..=run.seeds).map(|seed| (point, seed)));
     }
-    let found = run.each(&cells, |(point, seed)| rows(*point, *seed).ok_or(PaperError::Capacity))?;
-    let rows: Vec<Row> = found.into_iter().flatten().collect();
-    let blocked = rows.iter().filter(|row| row.is_blocked).count();
-    let all = rows.len();
+    let found = run.each(&cells, |(point, seed)| broken(*point, *seed).ok_or(PaperError::Capacity))?;
+    let groups: Vec<Broken> = found.into_iter().flatten().collect();
+    let (blocked, all) = (groups.iter().filter(|group| group.is_blocked).count(), groups.len());
+    let rows =
+        groups.iter().flat_map(|Broken { group, met, .. }| met.iter().map(|met| [group, &met[..]].concat()));
     Ok(Table {
         name: "broken-groups",
         title: "Protected groups that redrt breaks",
         source: "not in the paper",
         about: vec![
             format!(
-                "Every protected group of `overload`, seeds 1 to {}, that is not whole under redrt: its first job that was not on \
-                 time, and the nodes of lower value that had a lane before that job ended, while the group had something in flight \
-                 without a break. Tasks are t0, t1 and so on, with their values.",
+                "Every protected group of `overload`, seeds 1 to {}, that is not whole under redrt: the share of jobs on time of the \
+                 task that has the least, the first job that was not, and the nodes of lower value that had a lane before that job \
+                 ended, while the group had something in flight without a break. Tasks are t0, t1 and so on, with their values; a \
+                 row for each task of lower value, and for each state in which its nodes found the group.",
                 run.seeds
             ),
-            "Nothing ready: when the node started, no node of the group was ready. Could wait: all of the group that was in flight \
-             then could still end in time behind the node, at mean times and with nobody else on the lanes. In both cases nobody \
-             needed the lane yet; what came later lacked the time. A group is blocked if it met such nodes only."
+            "Not ready: when the node started, no node of the group was ready. Could wait: all of the group that was in flight then \
+             could still end in time behind the node, at mean times and with nobody else on the lanes. In both cases nobody needed \
+             the lane yet; what came later lacked the time. A group is blocked if it met such nodes only."
                 .to_owned(),
         ],
         columns: vec![
@@ -50,9 +53,12 @@ pub(crate) fn run(run: &Run<'_>) -> Result<Table, PaperError> {
             Column::words("group"),
             Column::numbers("least on time", "%", 1),
             Column::words("first miss"),
-            Column::words("met on a lane"),
+            Column::words("met"),
+            Column::numbers("nodes", "", 0),
+            Column::numbers("ran", "ms", 1),
+            Column::words("the group"),
         ],
-        rows: rows.into_iter().map(|row| row.cells).collect(),
+        rows: rows.collect(),
         claims: vec![Claim {
             claim: "a group that redrt breaks was blocked".to_owned(),
             paper: "-".to_owned(),
@@ -66,7 +72,7 @@ pub(crate) fn run(run: &Run<'_>) -> Result<Table, PaperError> {
 const WHY: &str = "a node of lower value had started although the group could not wait, by a schedule of the group alone; that of redrt \
                    has all jobs in flight, and their measured times";
 
-fn rows(point: Point, seed: u64) -> Option<Vec<Row>> {
+fn broken(point: Point, seed: u64) -> Option<Vec<Broken>> {
     let Point { lanes, load, times } = point;
     let set = Set::draw(Shape::Values, lanes, load, times, seed);
     let protected = groups::protected(&set)?;
@@ -74,53 +80,54 @@ fn rows(point: Point, seed: u64) -> Option<Vec<Row>> {
         return Some(Vec::new());
     }
     let ends = Rule::ALL[OURS].run(&set)?;
-    let broken = protected.into_iter().map(|group| (groups::fate(&set, &group, &ends), group));
-    let row = |(fate, group): (Group, Vec<usize>)| Row {
-        cells: [
-            f64::from(lanes).into(),
-            load.into(),
-            times.name().into(),
-            (seed as f64).into(),
-            group.iter().map(|task| name(&set, *task)).collect::<Vec<_>>().join(", ").into(),
-            (100.0 * groups::least_on_time(&group, &ends)).into(),
-        ]
-        .into_iter()
-        .chain(first_miss(&set, &group, &ends).map(Cell::from))
-        .collect(),
-        is_blocked: fate == Group::Blocked,
+    let fates = protected.into_iter().map(|group| (groups::fate(&set, &group, &ends), group));
+    let broken = |(fate, group): (Group, Vec<usize>)| {
+        let missed = blocking::first_missed(&set, &group, &ends);
+        let names: Vec<String> = group.iter().map(|task| name(&set, *task)).collect();
+        Broken {
+            group: vec![
+                f64::from(lanes).into(),
+                load.into(),
+                times.name().into(),
+                (seed as f64).into(),
+                names.join(", ").into(),
+                (100.0 * groups::least_on_time(&group, &ends)).into(),
+                missed.map_or_else(String::new, |job| released(&set, job)).into(),
+            ],
+            met: missed.map_or_else(Vec::new, |job| met(&set, &group, &ends, job)),
+            is_blocked: fate == Group::Blocked,
+        }
     };
-    Some(broken.filter(|(fate, _)| *fate != Group::Whole).map(row).collect())
+    Some(fates.filter(|(fate, _)| *fate != Group::Whole).map(broken).collect())
 }
 
-/// The first job that was missed, and whom it met.
-fn first_miss(set: &Set, group: &[usize], ends: &Ends) -> [String; 2] {
-    let Some(job) = blocking::first_missed(set, group, ends) else { return Default::default() };
-    let release = set.releases[job.0][job.1 as usize];
-    let missed = format!("{}, released at {}", name(set, job.0), ms(release));
+/// Whom the first job met that was missed, and in which state of its group: how many nodes, and how long these ran.
+fn met(set: &Set, group: &[usize], ends: &Ends, job: (usize, u64)) -> Vec<[Cell; 4]> {
     let mut by: BTreeMap<(usize, Why), (u32, u64)> = BTreeMap::new();
     for Met { span, why } in blocking::met(set, group, ends, job) {
         let (nodes, nanos) = by.entry((span.task, why)).or_default();
         (*nodes, *nanos) = (*nodes + 1, *nanos + span.end - span.start);
     }
-    let met = |(&(task, why), &(nodes, nanos)): (&(usize, Why), &(u32, u64))| {
+    let row = |(&(task, why), &(nodes, nanos)): (&(usize, Why), &(u32, u64))| {
         let why = match why {
-            Why::NothingReady => "nothing ready",
+            Why::NothingReady => "not ready",
             Why::CouldWait => "could wait",
             Why::CouldNotWait => "could not wait",
         };
-        let nodes = if nodes == 1 { "1 node".to_owned() } else { format!("{nodes} nodes") };
-        format!("{}: {nodes}, {}, {why}", name(set, task), ms(nanos))
+        [name(set, task).into(), f64::from(nodes).into(), (nanos as f64 / 1e6).into(), why.into()]
     };
-    let met: Vec<String> = by.iter().map(met).collect();
-    [missed, if met.is_empty() { "nobody".to_owned() } else { met.join("; ") }]
+    if by.is_empty() {
+        return vec![["nobody".into(), Cell::Number(None), Cell::Number(None), "".into()]];
+    }
+    by.iter().map(row).collect()
+}
+
+fn released(set: &Set, (task, job): (usize, u64)) -> String {
+    format!("t{task} of {:.1} ms", set.releases[task][job as usize] as f64 / 1e6)
 }
 
 fn name(set: &Set, task: usize) -> String {
-    format!("t{task} (value {})", set.values[task])
-}
-
-fn ms(nanos: u64) -> String {
-    format!("{:.1} ms", nanos as f64 / 1e6)
+    format!("t{task} ({})", set.values[task])
 }
 
 impl Times {

@@ -60,3 +60,13 @@ fn every_measure_has_a_row_for_each_rule_and_no_promise_fails_without_its_figure
     assert!(table.claims.iter().any(|claim| claim.verdict == Verdict::NotKept));
     assert_eq!(table, few(2), "equal seeds give equal tables");
 }
+
+#[test]
+fn every_group_that_breaks_has_a_row_for_each_task_that_it_met() {
+    let table = broken::run(&Run { seeds: 2, progress: &|_, _| {}, is_stopped: &|| false }).unwrap();
+    assert!(table.rows.iter().all(|row| row.len() == table.columns.len()));
+    let mut groups: Vec<String> = table.rows.iter().map(|row| format!("{:?}", &row[..5])).collect();
+    groups.dedup();
+    assert!(groups.len() > 1, "{groups:?}");
+    assert!(table.claims[0].ours.ends_with(&format!(" of {}", groups.len())), "{:?}", table.claims[0]);
+}
