@@ -1,6 +1,5 @@
 //! What README says of overload, from the files in `examples/overload`.
 
-#[expect(dead_code, reason = "this file needs only a part of it")]
 mod process;
 
 use process::{file, run};
