@@ -1,7 +1,7 @@
 //! Overload: who is given up so that others end in time.
 //!
 //! *Rule.* The first job x of the forward schedule that is late is looked at beside all that start a node before it
-//! ends, where it needs lanes too. If x were in time without those below it, the least of these goes, or another of the least's
+//! ends, where it needs lanes too. If x were in time without all that are below it, the least of those in the way goes, or another of the least's
 //! rank that is late, where fewer are late without that one. Otherwise x goes where another, which could be in time, is late beside it, or, if
 //! it has not started, where the next one of its task is to be late because of it; and where none is, x stays, and goes last:
 //! it costs nobody anything, and so do estimates recover. The schedule is run again. Of several that went, those come back that need not be gone.
@@ -60,7 +60,7 @@ impl<C: Capacity> Scheduler<C> {
             };
             let cause = self.cause_of(x, &forward, stay, &standings);
             let (loses, because, next) = if let Some(least) = bits(lower).min_by_key(|slot| standings[*slot])
-                && self.ends_in_time(x, stay & !lower)
+                && self.ends_in_time(x, stay & !those(stay, below))
             {
                 let rank = |slot: usize| standings[slot].map(|standing| standing.rank);
                 let equals = those(lower & !(1 << least), |slot| rank(*slot) == rank(least));

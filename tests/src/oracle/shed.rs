@@ -130,7 +130,7 @@ impl Sim<'_> {
     }
 
     /// Who leaves because `x` would be late: one of those below it that are in its way, if it is in time
-    /// without all of them; else `x`, if it harms others; else nobody.
+    /// without all that are below it; else `x`, if it harms others; else nobody.
     fn who_goes(&self, x: &Fate, fates: &[Fate], look: &Look, now: u64) -> Option<usize> {
         let standing = |job: usize| self.standing(&self.jobs[job], &look.lost, now);
         let in_the_way = |j: &&Fate| {
@@ -138,7 +138,8 @@ impl Sim<'_> {
             starts_before && j.meets(x) && standing(j.job) < standing(x.job)
         };
         let below: Vec<usize> = fates.iter().filter(in_the_way).map(|j| j.job).collect();
-        let others: Vec<usize> = look.group.iter().copied().filter(|job| !below.contains(job)).collect();
+        let is_above = |job: &usize| standing(*job) >= standing(x.job);
+        let others: Vec<usize> = look.group.iter().copied().filter(is_above).collect();
         let late = |fate: &Fate| fate.job == x.job && self.is_late(fate);
         let helps = |_: &usize| !self.forward(&others, now).iter().any(late);
         let least = below.iter().copied().min_by_key(|&job| standing(job)).filter(helps);

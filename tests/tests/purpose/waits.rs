@@ -129,6 +129,22 @@ fn overlapping_jobs_of_a_higher_value_lose_next_to_nothing_to_a_lower_one() {
     }
 }
 
+/// A graph that needs the second lane for a branch is late if a lower one has it, whichever of several that is.
+#[test]
+fn a_higher_value_whose_branches_need_two_lanes_loses_nothing_to_several_lower_ones() {
+    let high = "[[task]]\nname = 'high'\nvalue = 1000\nfloor = [1, 1]\nperiod = '20ms'\ndeadline = '20ms'\n\
+                node = [{ name = 'a', wcet = '2400us' }, { name = 'b', wcet = '8ms', after = ['a'] }, \
+                { name = 'c', wcet = '8ms', after = ['a'] }, { name = 'd', wcet = '2400us', after = ['b', 'c'] }]\n";
+    for ms in [24, 40] {
+        let low = |name: &str| task(name, "value = 1", (50, 100), &[("cpu", ms)]);
+        for tasks in [[high, &low("l0"), &low("l1")].concat(), [&low("l0"), &low("l1"), high].concat()] {
+            let found = on_time_on(2, &tasks);
+            let high = found[if tasks.starts_with(high) { 0 } else { 2 }];
+            assert_eq!(high.0, high.1, "{found:?}: {tasks}");
+        }
+    }
+}
+
 /// What needs both lanes is late if a lower one has one of them, however many nodes it has.
 #[test]
 fn a_higher_value_that_needs_all_lanes_gets_them() {
