@@ -14,7 +14,7 @@ struct Figure {
     says: &'static str,
 }
 
-const FIGURES: [Figure; 7] = [
+const FIGURES: [Figure; 11] = [
     Figure {
         file: "probes",
         instead: &[],
@@ -69,6 +69,34 @@ const FIGURES: [Figure; 7] = [
         options: &["--horizon", "4s", "--execution", "uniform:0.97..0.97"],
         on_time: &[4_000, 4_412],
         says: "`sim` has 4412 on time",
+    },
+    Figure {
+        file: "three-lanes",
+        instead: &[],
+        options: &["--horizon", "20s"],
+        on_time: &[667, 333],
+        says: "lose 333 of 1000 jobs to one node of 24 ms",
+    },
+    Figure {
+        file: "times-vary",
+        instead: &[],
+        options: &["--execution", "uniform:0.5..1"],
+        on_time: &[958, 20_509],
+        says: "loses 42 of 1000 to short nodes of value 1",
+    },
+    Figure {
+        file: "branches",
+        instead: &[],
+        options: &["--horizon", "4s"],
+        on_time: &[200, 0, 0],
+        says: "have 0 of 80 jobs on time",
+    },
+    Figure {
+        file: "edf",
+        instead: &[],
+        options: &["--horizon", "20s"],
+        on_time: &[785, 1_961],
+        says: "785 of 1177 are on time",
     },
 ];
 

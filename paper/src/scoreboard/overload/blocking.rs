@@ -37,8 +37,15 @@ pub(super) fn first_missed(set: &Set, group: &[usize], ends: &Ends) -> Option<(u
     set.jobs().filter(is_missed).min_by_key(|(task, job)| (set.releases[*task][*job as usize], *task, *job))
 }
 
-/// The nodes of lower value that had a lane while a group had something in flight, up to the end of a job of it.
-pub(super) fn met(set: &Set, group: &[usize], ends: &Ends, (task, job): (usize, u64)) -> Vec<Met> {
+/// Whether all that a group met started while it could wait, and there was somebody.
+pub(super) fn is_blocked(met: &[Met]) -> bool {
+    !met.is_empty() && met.iter().all(|met| met.why != Why::CouldNotWait)
+}
+
+/// The nodes of lower value that had a lane while a group had something in flight, up to the end of the first job of it that
+/// was missed.
+pub(super) fn met(set: &Set, group: &[usize], ends: &Ends) -> Vec<Met> {
+    let Some((task, job)) = first_missed(set, group, ends) else { return Vec::new() };
     let release = set.releases[task][job as usize];
     let until = ends.fates[task][job as usize].at.min(release + set.tasks[task].deadline_ns);
     let since = busy_since(set, group, ends, release);
@@ -47,7 +54,7 @@ pub(super) fn met(set: &Set, group: &[usize], ends: &Ends, (task, job): (usize, 
         let plan = Plan::at(set, group, ends, span.start);
         if !plan.is_anything_ready(span.start) {
             Why::NothingReady
-        } else if plan.ends_in_time(set, span.start) {
+        } else if plan.ends_in_time(span.start) {
             Why::CouldWait
         } else {
             Why::CouldNotWait
@@ -128,7 +135,8 @@ impl<'a> Plan<'a> {
     }
 
     /// Whether all ends in time if nothing else starts: by latest finish, as `redrt` does.
-    fn ends_in_time(mut self, set: &Set, at: u64) -> bool {
+    fn ends_in_time(mut self, at: u64) -> bool {
+        let set = self.set;
         let due = |(task, job, _): Node| set.releases[task][job as usize] + set.tasks[task].deadline_ns;
         let tails: Vec<Vec<u64>> = set.tasks.iter().map(|task| task.graph.tails()).collect();
         while !self.waiting.is_empty() {

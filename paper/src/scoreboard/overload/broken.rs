@@ -2,12 +2,11 @@
 
 use super::blocking::{self, Met, Why};
 use super::claims::OURS;
-use super::groups::{self, Group};
-use super::load::{Set, Shape, Times};
+use super::groups;
+use super::load::{Set, Shape};
 use super::rules::Rule;
 use super::{Point, points};
 use crate::run::{PaperError, Run};
-use crate::scoreboard::drive::Ends;
 use crate::table::{Cell, Claim, Column, Table, Verdict};
 use std::collections::BTreeMap;
 
@@ -80,8 +79,8 @@ fn broken(point: Point, seed: u64) -> Option<Vec<Broken>> {
         return Some(Vec::new());
     }
     let ends = Rule::ALL[OURS].run(&set)?;
-    let fates = protected.into_iter().map(|group| (groups::fate(&set, &group, &ends), group));
-    let broken = |(fate, group): (Group, Vec<usize>)| {
+    let broken = |group: Vec<usize>| {
+        let met = blocking::met(&set, &group, &ends);
         let missed = blocking::first_missed(&set, &group, &ends);
         let names: Vec<String> = group.iter().map(|task| name(&set, *task)).collect();
         Broken {
@@ -94,17 +93,17 @@ fn broken(point: Point, seed: u64) -> Option<Vec<Broken>> {
                 (100.0 * groups::least_on_time(&group, &ends)).into(),
                 missed.map_or_else(String::new, |job| released(&set, job)).into(),
             ],
-            met: missed.map_or_else(Vec::new, |job| met(&set, &group, &ends, job)),
-            is_blocked: fate == Group::Blocked,
+            is_blocked: blocking::is_blocked(&met),
+            met: rows(&set, &met),
         }
     };
-    Some(fates.filter(|(fate, _)| *fate != Group::Whole).map(broken).collect())
+    Some(protected.into_iter().filter(|group| !groups::is_whole(group, &ends)).map(broken).collect())
 }
 
 /// Whom the first job met that was missed, and in which state of its group: how many nodes, and how long these ran.
-fn met(set: &Set, group: &[usize], ends: &Ends, job: (usize, u64)) -> Vec<[Cell; 4]> {
+fn rows(set: &Set, met: &[Met]) -> Vec<[Cell; 4]> {
     let mut by: BTreeMap<(usize, Why), (u32, u64)> = BTreeMap::new();
-    for Met { span, why } in blocking::met(set, group, ends, job) {
+    for &Met { span, why } in met {
         let (nodes, nanos) = by.entry((span.task, why)).or_default();
         (*nodes, *nanos) = (*nodes + 1, *nanos + span.end - span.start);
     }
@@ -128,14 +127,4 @@ fn released(set: &Set, (task, job): (usize, u64)) -> String {
 
 fn name(set: &Set, task: usize) -> String {
     format!("t{task} ({})", set.values[task])
-}
-
-impl Times {
-    const fn name(self) -> &'static str {
-        match self {
-            Self::Wcet => "WCET",
-            Self::Uniform => "uniform",
-            Self::Bimodal => "bimodal",
-        }
-    }
 }

@@ -7,7 +7,7 @@
 //! *Blocked.* A group that breaks is blocked if its first job that was not on time met a node of a lower value on a lane, and
 //! each such node had started while the group could wait.
 
-use super::blocking::{self, Why};
+use super::blocking;
 use super::load::Set;
 use super::rules;
 use crate::scoreboard::drive::Ends;
@@ -46,9 +46,9 @@ pub(super) fn protected(set: &Set) -> Option<Vec<Vec<usize>>> {
 
 /// What became of a group in a run of its set.
 pub(super) fn fate(set: &Set, group: &[usize], ends: &Ends) -> Group {
-    if least_on_time(group, ends) >= WHOLE_PERCENT as f64 / 100.0 {
+    if is_whole(group, ends) {
         Group::Whole
-    } else if is_blocked(set, group, ends) {
+    } else if blocking::is_blocked(&blocking::met(set, group, ends)) {
         Group::Blocked
     } else {
         Group::Broken
@@ -65,10 +65,9 @@ pub(super) fn least_on_time(group: &[usize], ends: &Ends) -> f64 {
     group.iter().map(share).fold(1.0, f64::min)
 }
 
-fn is_blocked(set: &Set, group: &[usize], ends: &Ends) -> bool {
-    let Some(job) = blocking::first_missed(set, group, ends) else { return false };
-    let met = blocking::met(set, group, ends, job);
-    !met.is_empty() && met.iter().all(|met| met.why != Why::CouldNotWait)
+/// Whether it stayed whole.
+pub(super) fn is_whole(group: &[usize], ends: &Ends) -> bool {
+    least_on_time(group, ends) >= WHOLE_PERCENT as f64 / 100.0
 }
 
 #[cfg(test)]

@@ -72,6 +72,15 @@ impl Times {
     /// All of them.
     pub(super) const ALL: [Self; 3] = [Self::Wcet, Self::Uniform, Self::Bimodal];
 
+    /// Name in tables.
+    pub(super) const fn name(self) -> &'static str {
+        match self {
+            Self::Wcet => "WCET",
+            Self::Uniform => "uniform",
+            Self::Bimodal => "bimodal",
+        }
+    }
+
     /// Mean, in percent of the WCET.
     pub(super) const fn mean_percent(self) -> u64 {
         match self {
