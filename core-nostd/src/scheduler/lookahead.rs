@@ -8,17 +8,17 @@
 //! its own in the second, the pool starts nothing until something happens or that node should be ready.
 //! Under pressure those that would not go before the head all the same are left out.
 //! *Of a higher rank.* Whatever the gate, the next job of a task of higher rank that has less to spare than the head takes, at WCET,
-//! counts whatever the head's key is, where it first needs the pool, and the head waits for it even if it is late by that; others that
-//! are ready and need not wait go before it. If it needs no other pool, it counts on as many lanes as its work needs. A lane that runs a higher rank is free once all behind that has run. A late release is
+//! counts whatever the head's key is, on as few lanes as end it in time, each from where it needs it, and the head waits for it even if it
+//! is late by that; others that are ready and need not wait go before it. A lane that runs a higher rank is free once all behind that has run. A late release is
 //! waited for for an eighth of its period. What cannot be in time alone, or
 //! lost all of late, is waited for by nobody, but for one probe in 17.
 //! *Why it ends.* A head that may be late for its key waits no longer, and each wait ends at an instant that is told. For a
 //! higher rank it waits as long as it would take the lane of each next job; but a probe only for what a floor cannot spare.
 
+use super::spread::{Held, Spread};
 use super::{Scheduler, bits};
 use crate::capacity::{Capacity, Empty};
 use crate::config::Gate;
-use crate::graph::NodeSet;
 use crate::id::UnitId;
 use crate::time::Instant;
 
@@ -156,26 +156,17 @@ impl<C: Capacity> Scheduler<C> {
                 let key = if is_late { key.max(signed(at)) } else { key };
                 meet(Soon { key, at, cost, outranks: is_above });
             };
-            if is_above && version.pool_mask == 1 << pool {
-                // As many lanes as its work needs, for an equal part of it each.
-                let (work, length) = (version.work[pool], task.timing.deadline.as_nanos());
-                let count = work.div_ceil(length.max(1)).max(1);
-                let cost = work.div_ceil(count);
-                (0..count).for_each(|_| add(0, version.slack.min(signed(length.saturating_sub(cost))), cost));
+            if is_above {
+                let (due, count) = (task.timing.deadline.as_nanos(), lanes.count_ones() as usize);
+                let Spread { held, end } = version.spread(pool, count, due, &task.nodes);
+                let spare = signed(due.saturating_sub(end)).min(version.slack);
+                for Held { from, until } in held.as_ref().iter().filter(|held| held.until > 0) {
+                    add(signed(*from), spare, until - from);
+                }
                 continue;
             }
-            let mut firsts = version.sources.and(&version.in_pool[pool]);
-            if is_above {
-                let mut after = NodeSet::EMPTY;
-                version.in_pool[pool].iter().for_each(|rank| after.extend(&version.successors[rank]));
-                firsts = version.in_pool[pool].without(&after);
-            }
-            for rank in firsts.iter() {
-                // What is before it leaves it no more than what the whole job has to spare, nor does what is beside it.
-                let (own, is_source) = (version.key[rank], version.sources.contains(rank));
-                let before = if is_source { 0 } else { own.saturating_sub(version.slack).max(0) };
-                let cost = task.nodes[usize::from(version.order[rank])].cost();
-                add(before, if is_above { version.slack } else { own }, cost);
+            for rank in version.sources.and(&version.in_pool[pool]).iter() {
+                add(0, version.key[rank], task.nodes[usize::from(version.order[rank])].cost());
             }
         }
         if soon.as_ref().iter().all(|node| node.key == i64::MAX) {

@@ -49,6 +49,7 @@ pub(crate) mod pools;
 mod preempt;
 mod pressure;
 pub(crate) mod release;
+mod spread;
 mod standing;
 mod standstill;
 pub(crate) mod status;

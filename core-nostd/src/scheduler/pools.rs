@@ -3,6 +3,7 @@
 use super::{Scheduler, action::ShedReason, bits, tasks::Task};
 use crate::capacity::{Capacity, Empty};
 use crate::config::Shed;
+use crate::graph::Levels;
 use crate::id::{LaneId, PoolId, SensorId};
 use crate::ready_queue::ReadyQueue;
 use crate::time::{Bytes, Duration, Instant, Ppm};
@@ -135,12 +136,16 @@ impl<C: Capacity> Scheduler<C> {
         there
     }
 
-    /// What jobs to come have to spare on the lanes that there are. Time bound: that of [`Self::find_blocked`].
+    /// What jobs to come have to spare on the lanes that there are. Time bound: that of [`Self::find_blocked`], and
+    /// O(tasks * (nodes + edges)).
     pub(super) fn bound_slack(&mut self) {
         let lanes = self.lanes_by_pool();
         for task in self.tasks.as_mut() {
-            let due = task.timing.deadline;
-            task.versions.iter_mut().for_each(|version| version.bound_slack(lanes.as_ref(), due));
+            let (due, nodes) = (task.timing.deadline, &task.nodes);
+            for version in task.versions.as_mut() {
+                let path = Levels::of(&version.dag(nodes)).critical_path();
+                version.bound_slack(path, lanes.as_ref(), due);
+            }
         }
         self.find_blocked();
     }

@@ -192,9 +192,9 @@ impl<C: Capacity> Task<C> {
         self.timing.value > other.timing.value || floor.window > floor.allowed
     }
 
-    /// Whether a node of such a cost takes longer than the next job has to spare.
+    /// Whether a node of such a cost may take longer than the next job has to spare.
     pub(super) fn is_blocked_by(&self, cost: u64) -> bool {
-        self.timing.period().is_some() && self.newest().slack < i64::try_from(cost).unwrap_or(i64::MAX)
+        self.timing.period().is_some() && self.newest().spare < i64::try_from(cost).unwrap_or(i64::MAX)
     }
 
     pub(super) fn newest(&self) -> &Version<C> {

@@ -25,8 +25,8 @@ crate::capacity::stored! {
         pub(super) pool_mask: u32,
         /// What a job has left at its release: D less the least time in which it can end at WCET.
         pub(super) slack: i64,
-        /// The longest path, in nanoseconds.
-        path: u64,
+        /// What a job alone has left at least, at WCET, however its nodes follow each other (Graham's bound).
+        pub(super) spare: i64,
         /// Work by pool at WCET, in nanoseconds.
         pub(super) work: C::Pools<u64>,
         pub(super) sources: NodeSet<C>,
@@ -86,15 +86,18 @@ impl<C: Capacity> Version<C> {
         for (i, node) in levels.places().enumerate() {
             new.topological[i] = rank_of[node];
         }
-        new.path = levels.critical_path();
-        new.bound_slack(lanes, due);
+        new.bound_slack(levels.critical_path(), lanes, due);
     }
 
-    /// What a job has to spare by its longest path and its work on so many lanes of each pool. Time bound: O(pools).
-    pub(super) fn bound_slack(&mut self, lanes: &[u8], due: Duration) {
+    /// What a job has to spare by its longest path, in nanoseconds, and its work on so many lanes of each pool. Time bound: O(pools).
+    pub(super) fn bound_slack(&mut self, path: u64, lanes: &[u8], due: Duration) {
         let share = |pool: usize| self.work[pool].div_ceil(lanes[pool].max(1).into());
-        let least = (0..C::POOLS).map(share).fold(self.path, u64::max);
-        self.slack = due.as_nanos().cast_signed().saturating_sub_unsigned(least);
+        let (mut least, mut most) = (path, path - path / u64::from(lanes.iter().copied().fold(1, u8::max)));
+        for share in (0..C::POOLS).map(share) {
+            (least, most) = (least.max(share), most.saturating_add(share));
+        }
+        let due = due.as_nanos().cast_signed();
+        (self.slack, self.spare) = (due.saturating_sub_unsigned(least), due.saturating_sub_unsigned(most));
     }
 
     /// The least time in which a job can end on all lanes, at WCET, in nanoseconds.

@@ -81,38 +81,77 @@ impl Sim<'_> {
         found
     }
 
-    /// Nodes of the next job of each task that has released one: for a higher rank all that no other one of the pool is right before, else
-    /// sources.
+    /// Nodes of the next job of each task that has released one: for a higher rank the lanes that it needs, else sources.
     fn next_jobs(&self, pool: usize, (head, cost_ns): (&Job, u64), looks: bool, now: u64) -> Vec<Soon> {
         let mut found = Vec::new();
         let (least, own) = (self.least_above(head, now), self.workload.tasks[head.task].value);
         for (task, model) in self.workload.tasks.iter().enumerate() {
             let Some((at, graph)) = self.expected_release(task) else { continue };
             let next = (self.floor_needs_job(task, self.next_index(task), &[]), model.value);
-            let slack = self.slack(task, &graph);
-            let above = next > least && slack < i128::from(cost_ns) && self.can_gain(task, &graph);
+            let may_be_late = self.spare_at_least(task, &graph) < i128::from(cost_ns);
+            let above = next > least && may_be_late && self.can_gain(task, &graph);
             if !above && (!looks || self.pressed[pool] && model.value < own) {
                 continue;
             }
-            if above && graph.nodes.iter().all(|node| node.pool == pool) {
-                let work: u64 = graph.nodes.iter().map(|node| node.cost_ns).sum();
-                let count = work.div_ceil(model.deadline_ns).max(1);
-                let part = work.div_ceil(count);
-                let spare = slack.min(i128::from(model.deadline_ns) - i128::from(part));
-                found.extend((0..count).map(|_| (i128::from(at) + spare, at, part, true)));
+            if above {
+                let lanes = self.workload.pools[pool].lanes as usize;
+                let (held, end) = self.spread(&graph, model.deadline_ns, pool, lanes);
+                let spare = i128::from(model.deadline_ns.saturating_sub(end)).min(self.slack(task, &graph));
+                let held = held.into_iter().filter(|&(_, until)| until > 0);
+                found.extend(
+                    held.map(|(from, until)| (i128::from(at + from) + spare, at + from, until - from, true)),
+                );
                 continue;
             }
             let keys = keys::at_release(self.policy, &graph, at, model.deadline_ns);
-            for (node, &key) in graph.nodes.iter().zip(&keys).filter(|(node, _)| node.pool == pool) {
-                let comes_first = node.preds.iter().all(|&pred| above && graph.nodes[pred].pool != pool);
-                if comes_first {
-                    let spare = if node.preds.is_empty() { 0 } else { (key - i128::from(at) - slack).max(0) };
-                    let key = if above { i128::from(at) + spare + slack } else { key };
-                    found.push((key, at + spare as u64, node.cost_ns, above));
+            for (node, &key) in graph.nodes.iter().zip(&keys) {
+                if node.pool == pool && node.preds.is_empty() {
+                    found.push((key, at, node.cost_ns, false));
                 }
             }
         }
         found
+    }
+
+    /// From when to when a job that is released at 0 holds each lane of a pool, and when it ends: on as few lanes as end it in time, or
+    /// on all. Of the nodes that are ready the first by key takes the first lane that is free, of several the one that was busy last; in
+    /// other pools a node starts when it is ready.
+    fn spread(&self, graph: &Graph, due: u64, pool: usize, lanes: usize) -> (Vec<(u64, u64)>, u64) {
+        let keys = keys::at_release(self.policy, graph, 0, due);
+        let on = |count: usize| {
+            let (mut ends, mut held) = (vec![None; graph.nodes.len()], vec![(0, 0); count]);
+            let earliest = |node: usize, ends: &[Option<u64>], held: &[(u64, u64)]| {
+                let before: Option<Vec<u64>> =
+                    graph.nodes[node].preds.iter().map(|&pred| ends[pred]).collect();
+                let ready = before?.into_iter().max().unwrap_or(0);
+                let free =
+                    held.iter().map(|&(_, until)| until).min().filter(|_| graph.nodes[node].pool == pool);
+                Some(ready.max(free.unwrap_or(0)))
+            };
+            loop {
+                let open = (0..graph.nodes.len()).filter(|&node| ends[node].is_none());
+                let starts = open.filter_map(|node| Some((earliest(node, &ends, &held)?, keys[node], node)));
+                let Some((start, _, node)) = starts.min() else { break };
+                let end = start + graph.nodes[node].cost_ns;
+                ends[node] = Some(end);
+                if graph.nodes[node].pool == pool {
+                    let free = (0..count).filter(|&lane| held[lane].1 <= start);
+                    let lane = free.max_by_key(|&lane| held[lane].1).expect("one is free");
+                    held[lane] = (if held[lane].1 == 0 { start } else { held[lane].0 }, end);
+                }
+            }
+            (held, ends.into_iter().flatten().max().unwrap_or(0))
+        };
+        (1..lanes).map(on).find(|&(_, end)| end <= due).unwrap_or_else(|| on(lanes))
+    }
+
+    /// What the next job of a task has to spare at least: by its longest path less the part of it that lanes share, and by its work in
+    /// each pool over the lanes.
+    fn spare_at_least(&self, task: usize, graph: &Graph) -> i128 {
+        let path = graph.longest_path(&graph.costs());
+        let most = self.workload.pools.iter().map(|pool| u64::from(pool.lanes)).max().unwrap_or(1);
+        let work: u64 = (0..self.workload.pools.len()).map(|pool| self.share(graph, pool)).sum();
+        i128::from(self.workload.tasks[task].deadline_ns) - i128::from(path - path / most + work)
     }
 
     /// What the next job of a task has to spare.
@@ -128,13 +167,14 @@ impl Sim<'_> {
 
     /// The least time of a job at its costs: its longest path, and its work in each pool over the lanes.
     fn least_time(&self, graph: &Graph) -> i128 {
-        let mut least = graph.longest_path(&graph.costs());
-        for (pool, model) in self.workload.pools.iter().enumerate() {
-            let work: u64 =
-                graph.nodes.iter().filter(|node| node.pool == pool).map(|node| node.cost_ns).sum();
-            least = least.max(work.div_ceil(model.lanes.into()));
-        }
-        i128::from(least)
+        let shares = (0..self.workload.pools.len()).map(|pool| self.share(graph, pool));
+        i128::from(shares.fold(graph.longest_path(&graph.costs()), u64::max))
+    }
+
+    /// The work of a graph in a pool, over its lanes.
+    fn share(&self, graph: &Graph, pool: usize) -> u64 {
+        let work: u64 = graph.nodes.iter().filter(|node| node.pool == pool).map(|node| node.cost_ns).sum();
+        work.div_ceil(self.workload.pools[pool].lanes.into())
     }
 
     /// What others have to be above to be waited for: whether their floor cannot spare them, their value.

@@ -174,3 +174,34 @@ fn a_higher_value_that_needs_all_lanes_gets_them() {
         assert_eq!(found[2].0, found[2].1, "{found:?}: {tasks}");
     }
 }
+
+/// Nodes are not divided, and what is behind a first node has less time than the deadline: such a job needs more lanes than its work
+/// over its deadline.
+#[test]
+fn a_higher_value_whose_nodes_need_more_lanes_than_its_work_loses_nothing() {
+    let node = |name: &str, us: u64, after: &str| {
+        format!("[[task.node]]\nname = '{name}'\nwcet = '{us}us'\nafter = [{after}]\n")
+    };
+    let side_by_side = |us: [u64; 3]| {
+        ["a", "b", "c"].iter().zip(us).map(|(name, us)| node(name, us, "")).collect::<String>()
+    };
+    let fork = |us: [u64; 5]| {
+        let behind = ["b", "c", "d", "e"].iter().zip(&us[1..]).map(|(name, us)| node(name, *us, "'a'"));
+        node("a", us[0], "") + &behind.collect::<String>()
+    };
+    let shapes = [
+        (3, side_by_side([12_000; 3]), 24),
+        (4, fork([8_900, 7_700, 4_800, 7_900, 9_000]), 24),
+        (2, side_by_side([8_000, 7_300, 10_200]), 6),
+    ];
+    for (lanes, shape, wcet) in shapes {
+        let low = task("low", "value = 1", (6 * wcet, 5 * wcet), &[("cpu", wcet)]);
+        let high =
+            "[[task]]\nname = 'high'\nvalue = 1000\nfloor = [1, 1]\nperiod = '20ms'\ndeadline = '20ms'\n";
+        for tasks in [format!("{low}{high}{shape}"), format!("{high}{shape}{low}")] {
+            let found = on_time_on(lanes, &tasks);
+            let high = found[usize::from(tasks.starts_with(&low))];
+            assert_eq!(high.0, high.1, "{found:?}: {tasks}");
+        }
+    }
+}
