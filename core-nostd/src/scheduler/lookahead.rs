@@ -3,7 +3,7 @@
 //! *Rule.* Before the head of a pool starts: which nodes become ready there before it would end, by now plus its cost, with
 //! a key below the head's and before that end? Those whose predecessors that are not done all run, once each of these has
 //! run its cost; and the sources of the next job of each task, a period after the last one. Of them the first by (key,
-//! instant, cost), as many as the pool has lanes, take its lanes in this order, each the first that is free: once after
+//! instant, cost), as many as jobs have places, take its lanes in this order, each the first that is free: once after
 //! the head has taken one, and once before it. If one starts after its key in the first case only, and the head not after
 //! its own in the second, the pool starts nothing until something happens or that node should be ready.
 //! Under pressure those that would not go before the head all the same are left out.
@@ -106,13 +106,16 @@ impl<C: Capacity> Scheduler<C> {
         let head = Soon { key: key_of(slot, rank), at: now, cost: self.at_most(slot, rank), outranks: false };
         let end = now.saturating_add(head.cost);
         let latest = head.key.min(signed(end));
-        let mut soon = <C::Lanes<Soon>>::EMPTY;
-        soon.as_mut().fill(Soon { key: i64::MAX, ..Soon::EMPTY });
+        let (mut soon, mut count) = (<C::Jobs<Soon>>::EMPTY, 0);
         let mut meet = |mut node: Soon| {
             let before = if node.outranks { signed(end) } else { latest };
             if node.at > now && node.at < end && node.key < before {
-                for place in soon.as_mut().iter_mut().take(lanes.count_ones() as usize) {
+                for place in soon.as_mut().iter_mut().take(count) {
                     (*place, node) = (node.min(*place), node.max(*place));
+                }
+                if count < C::JOBS {
+                    soon[count] = node;
+                    count += 1;
                 }
             }
         };
@@ -169,7 +172,7 @@ impl<C: Capacity> Scheduler<C> {
                 add(0, version.key[rank], task.nodes[usize::from(version.order[rank])].cost());
             }
         }
-        if soon.as_ref().iter().all(|node| node.key == i64::MAX) {
+        if count == 0 {
             return None;
         }
         let ends = ends.unwrap_or_else(|| self.lanes_end());
@@ -187,7 +190,7 @@ impl<C: Capacity> Scheduler<C> {
         let mut behind = free;
         take::<C>(&mut behind, &head);
         let (mut until, mut until_above) = (u64::MAX, u64::MAX);
-        for node in soon.as_ref() {
+        for node in soon.as_ref().iter().take(count) {
             let (late, in_time) = (take::<C>(&mut behind, node), take::<C>(&mut free, node));
             if late > node.key && in_time <= node.key {
                 until = until.min(node.at);

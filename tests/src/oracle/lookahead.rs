@@ -43,7 +43,6 @@ impl Sim<'_> {
             now < at && at < end && key < i128::from(end) && (above || key < head.0)
         });
         soon.sort_unstable();
-        soon.truncate(self.workload.pools[pool].lanes as usize);
 
         let mut before = self.free_from(pool, now, Some(self.least_above(job, now)).filter(|_| !looks));
         let mut behind = before.clone();

@@ -205,3 +205,21 @@ fn a_higher_value_whose_nodes_need_more_lanes_than_its_work_loses_nothing() {
         }
     }
 }
+
+/// What comes between does not take the place of a lane that a higher value needs.
+#[test]
+fn a_higher_value_on_all_lanes_loses_nothing_where_a_third_task_comes_between() {
+    for lanes in [2, 3, 4] {
+        let nodes: String =
+            (0..lanes).map(|i| format!("[[task.node]]\nname = 'n{i}'\nwcet = '8ms'\n")).collect();
+        let high =
+            "[[task]]\nname = 'high'\nvalue = 1000\nfloor = [1, 1]\nperiod = '20ms'\ndeadline = '11ms'\n";
+        let mid = task("mid", "value = 10", (11, 11), &[("cpu", 1)]);
+        let low = task("low", "value = 1", (32, 120), &[("cpu", 59)]);
+        for tasks in [[&low, &mid, high, &nodes].concat(), [high, &nodes, &mid, &low].concat()] {
+            let found = on_time_on(lanes, &tasks);
+            let high = found[if tasks.starts_with(&low) { 2 } else { 0 }];
+            assert_eq!(high.0, high.1, "{found:?}: {tasks}");
+        }
+    }
+}
