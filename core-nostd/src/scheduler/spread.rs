@@ -38,12 +38,12 @@ impl<C: Capacity> Version<C> {
         let (mut open, mut waiting_for, here) = (self.sources, self.indegree, &self.in_pool[pool]);
         // Each round starts a node.
         loop {
-            let lanes = &mut new.held.as_mut()[..count];
-            let free = lanes.iter().map(|lane| lane.until).min().unwrap_or_default();
+            let free = new.held.as_ref().iter().take(count).map(|lane| lane.until).min().unwrap_or_default();
             let start = |rank| (ready[rank].max(if here.contains(rank) { free } else { 0 }), rank);
             let Some((start, rank)) = open.iter().map(start).min() else { return new };
             let end = start.saturating_add(nodes[usize::from(self.order[rank])].cost());
-            let lane = lanes.iter_mut().filter(|lane| lane.until <= start).max_by_key(|lane| lane.until);
+            let lanes = new.held.as_mut().iter_mut().take(count);
+            let lane = lanes.filter(|lane| lane.until <= start).max_by_key(|lane| lane.until);
             if let Some(lane) = lane.filter(|_| here.contains(rank)) {
                 *lane = Held { from: if lane.until == 0 { start } else { lane.from }, until: end };
             }
