@@ -48,7 +48,7 @@ struct Wait {
 
 impl<C: Capacity> Scheduler<C> {
     /// Starts the head of a pool with regard to memory, shared results and what comes soon, or another node in its stead, or
-    /// nothing. Time bound: O(jobs * nodes * (lanes + edges + tasks * (nodes + k))), where anything comes soon.
+    /// nothing. Time bound: O(jobs * nodes) times that of a wait, where anything comes soon.
     #[cold]
     #[inline(never)]
     pub(super) fn start_with_care(
@@ -94,7 +94,7 @@ impl<C: Capacity> Scheduler<C> {
         self.wait_of(pool, slot, rank).is_none_or(|wait| !wait.closes && instead())
     }
 
-    /// What a node has to wait for, if it should start now. Time bound: O(jobs * (nodes + edges) + tasks * (nodes + k) + lanes^2).
+    /// What a node has to wait for, if it should start now. Time bound: O(jobs * (nodes + edges + lanes^2) + tasks * (k + lanes * (nodes * (nodes + lanes) + jobs))).
     fn wait_of(&self, pool: usize, slot: usize, rank: usize) -> Option<Wait> {
         let (looks, is_pressed) = (self.config.gate == Gate::Lookahead, self.is_pressed(pool));
         let p = &self.pools[pool];
@@ -150,7 +150,8 @@ impl<C: Capacity> Scheduler<C> {
             let due = task.released.saturating_add(period).as_nanos();
             let patience = due.saturating_add(period.as_nanos() / PATIENCE);
             let is_late = is_above && due <= now;
-            if is_late && patience <= now {
+            // What comes once the head has ended does not wait for it.
+            if due >= end || is_late && patience <= now {
                 continue;
             }
             let mut add = |before: i64, spare: i64, cost| {
