@@ -67,8 +67,14 @@ impl<C: Capacity> Scheduler<C> {
         }
     }
 
-    /// Whether a job could end in time if the lanes were its own.
+    /// Whether a job could end in time if the lanes were its own, at best case or by estimates. Time bound: O(nodes + edges),
+    /// and O(1) where all of it still fits at WCET, which is enough where no WCET was exceeded of late.
     pub(super) fn can_end_in_time(&self, job: &Job<C>, slot: usize, case: Case) -> bool {
+        let task = &self.tasks[job.task.index()];
+        let spare = u64::try_from(task.version_of(job).slack);
+        if !task.overran && spare.is_ok_and(|spare| self.now.since(job.release).as_nanos() <= spare) {
+            return true;
+        }
         let left = job.deadline.as_nanos().checked_sub(self.now.as_nanos());
         left.is_some_and(|left| self.bound(job, slot, case) <= left)
     }
@@ -88,20 +94,21 @@ impl<C: Capacity> Scheduler<C> {
     /// the task that has the most jobs in flight, where that is an equal and has two more, so that equals share the table.
     /// Time bound: O(jobs * (jobs + nodes + edges)).
     pub(super) fn gives_way_to(&self, new: &Job<C>) -> Option<usize> {
-        let rank = |job, slot| self.rank(job, slot, self.floor_of(job));
-        let own = rank(new, C::JOBS);
-        let standing = |slot| (self.standing(slot, self.floor_of(&self.jobs[slot])), slot);
-        let (least, slot) = self.slots().map(standing).min()?;
-        if least.rank < own {
-            return Some(slot);
+        let own = self.rank(new, C::JOBS, self.floor_of(new));
+        let rank = |slot: usize| self.rank(&self.jobs[slot], slot, self.floor_of(&self.jobs[slot]));
+        let least = self.slots().map(rank).min()?;
+        if least < own {
+            let standing = |slot: &usize| self.standing(*slot, self.floor_of(&self.jobs[*slot]));
+            return self.slots().filter(|slot| rank(*slot) == least).min_by_key(standing);
         }
-        let jobs_of = |job: &Job<C>| self.slots().filter(|slot| self.jobs[*slot].task == job.task).count();
-        let is_equal = |slot: &usize| !self.jobs[*slot].started && rank(&self.jobs[*slot], *slot) == own;
-        let share = |slot: &usize| {
-            let job = &self.jobs[*slot];
-            (jobs_of(job), job.index, job.task.index())
+        let jobs_of = |task| self.slots().filter(|slot| self.jobs[*slot].task == task).count();
+        let enough = jobs_of(new.task) + 2;
+        let is_equal = |(share, slot): &(usize, usize)| {
+            *share >= enough && !self.jobs[*slot].started && rank(*slot) == own
         };
-        let newest = self.slots().filter(is_equal).max_by_key(share)?;
-        (jobs_of(&self.jobs[newest]) > jobs_of(new) + 1).then_some(newest)
+        let order =
+            |(share, slot): &(usize, usize)| (*share, self.jobs[*slot].index, self.jobs[*slot].task.index());
+        let shares = self.slots().map(|slot| (jobs_of(self.jobs[slot].task), slot));
+        Some(shares.filter(is_equal).max_by_key(order)?.1)
     }
 }
