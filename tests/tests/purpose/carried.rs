@@ -6,6 +6,7 @@ use red_sim::{Execution, Options, World, simulate, simulate_in};
 use red_tests::oracle;
 use red_tests::rng::Rng;
 use red_workload::build::Numbered;
+use red_workload::metrics::JobEnd;
 use red_workload::policy::Policy;
 use red_workload::{Format, parse};
 
@@ -150,58 +151,67 @@ fn overload_of_one_pool_leaves_another_alone() {
     assert!(fit >= 40, "{fit} sets fit");
 }
 
-/// The job of `map` that is its first takes all of its WCET, later ones an eighth.
-struct SlowOnce;
+/// Periodic tasks whose first job takes other times than all later ones.
+struct SlowOnce {
+    period_ms: u64,
+    /// Of each task: of its first job and of any later one.
+    times_ms: &'static [(u64, u64)],
+}
 
 impl World for SlowOnce {
     fn release(&self, _task: usize, job: usize) -> Option<u64> {
-        Some(20_000_000 * job as u64)
+        Some(1_000_000 * self.period_ms * job as u64)
     }
 
     fn time(&self, task: usize, job: u64, _node: &Numbered) -> (u64, bool) {
-        (
-            if task == 0 {
-                16_000_000
-            } else if job == 0 {
-                24_000_000
-            } else {
-                3_000_000
-            },
-            true,
-        )
+        let (first, later) = self.times_ms[task];
+        (1_000_000 * if job == 0 { first } else { later }, true)
     }
+}
+
+impl SlowOnce {
+    /// Of each task the jobs that are not on time, by number. Tasks have one node: name, value, WCET and deadline in ms.
+    fn late(&self, tasks: &[(&str, u32, u64, u64)]) -> Vec<Vec<usize>> {
+        let mut file = "[[pool]]\nname = 'cpu'\nlanes = 1\n".to_owned();
+        for (name, value, wcet_ms, deadline_ms) in tasks {
+            file += &format!(
+                "[[task]]\nname = '{name}'\nvalue = {value}\nperiod = '{}ms'\ndeadline = '{deadline_ms}ms'\n\
+                 [[task.node]]\nname = 'n'\nwcet = '{wcet_ms}ms'\n",
+                self.period_ms
+            );
+        }
+        let workload = parse(file.as_bytes(), Format::Toml, "slow.toml").expect("a workload");
+        let options = Options {
+            policy: Policy::Redrt,
+            horizon_ns: 12 * SECOND_NS,
+            seed: 1,
+            execution: Execution::Wcet,
+            preempt: false,
+            schedule: false,
+        };
+        let report = simulate_in(self, &workload, options.policy.config(), &options).expect("it fits");
+        let late = |jobs: &Vec<JobEnd>| {
+            let is_late =
+                |job: &JobEnd| job.shed.is_some() || job.at_ns.is_none_or(|at| at > job.deadline_ns);
+            (0..jobs.len()).filter(|number| is_late(&jobs[*number])).collect()
+        };
+        report.jobs.iter().map(late).collect()
+    }
+}
+
+/// Neither its WCET nor its first run would be in time; all others are.
+#[test]
+fn a_first_run_that_is_too_slow_costs_one_job() {
+    let world = SlowOnce { period_ms: 10, times_ms: &[(11, 3)] };
+    assert_eq!(world.late(&[("camera", 1, 12, 10)]), [[0]]);
 }
 
 /// It waits for `brake` while it is believed to be slow. Now and then it gets a lane all the same, as `brake` has no floor.
 #[test]
 fn a_slow_first_run_beside_a_tight_task_passes() {
-    let task = |name: &str, value: u32, wcet_ms: u64, deadline_ms: u64| {
-        format!(
-            "[[task]]\nname = '{name}'\nvalue = {value}\nperiod = '20ms'\ndeadline = '{deadline_ms}ms'\n\
-             [[task.node]]\nname = 'n'\nwcet = '{wcet_ms}ms'\n"
-        )
-    };
-    let file = [
-        "[[pool]]\nname = 'cpu'\nlanes = 1\n".to_owned(),
-        task("brake", 1_000, 16, 20),
-        task("map", 1, 24, 40),
-    ]
-    .concat();
-    let workload = parse(file.as_bytes(), Format::Toml, "slow.toml").expect("a workload");
-    let options = Options {
-        policy: Policy::Redrt,
-        horizon_ns: 12 * SECOND_NS,
-        seed: 1,
-        execution: Execution::Wcet,
-        preempt: false,
-        schedule: false,
-    };
-    let report = simulate_in(&SlowOnce, &workload, options.policy.config(), &options).expect("it fits");
-    let late_after = |task: usize, from: usize| {
-        let jobs = report.jobs[task].iter().skip(from);
-        jobs.filter(|job| job.shed.is_some() || job.at_ns.is_none_or(|at| at > job.deadline_ns)).count()
-    };
-    assert!(late_after(0, 0) <= 10, "{:?}", report.tasks);
+    let world = SlowOnce { period_ms: 20, times_ms: &[(16, 16), (24, 3)] };
+    let late = world.late(&[("brake", 1_000, 16, 20), ("map", 1, 24, 40)]);
+    assert!(late[0].len() <= 10, "{late:?}");
     // The last two seconds; a job may be in flight at the end.
-    assert!(late_after(1, 500) <= 2, "{:?}", report.tasks);
+    assert!(late[1].iter().filter(|number| **number >= 500).count() <= 2, "{late:?}");
 }
