@@ -97,7 +97,7 @@ fn tried(workspace: &Workspace, way: &Way, prefix: &Path, folder: &Path) -> Resu
 fn run(workspace: &Workspace, folder: &Path, name: &str) -> Result<u32, Failure> {
     workspace.command("cmake").args(&["--build"]).args(&[folder]).args(&["--parallel", "2"]).text()?;
     // What hangs fails here, and not at the end of everybody's patience: in seconds.
-    let ctest = ["--output-on-failure", "--timeout", "600", "--parallel", "2", "--test-dir"];
+    let ctest = ["--output-on-failure", "--timeout", "240", "--parallel", "2", "--test-dir"];
     let said = workspace.command("ctest").args(&ctest).args(&[folder]).text()?;
     passed(&said).ok_or_else(|| Failure::Wrong(format!("{name}: no test was run:\n{said}")))
 }

@@ -112,7 +112,9 @@ fn main() -> ExitCode {
         ["test", ref names @ ..] if asks_for_help(names) => tell(&steps::help()),
         ["bench", ref rest @ ..] if asks_for_help(rest) => tell(BENCH_HELP.trim_end()),
         // These have a help of their own.
-        ["soak", ref rest @ ..] => finish::<()>(Err(steps::soak(&workspace, rest).replace())),
+        ["soak", ref rest @ ..] => {
+            finish::<()>(steps::soak(&workspace, rest).and_then(|soak| Err(soak.replace())))
+        }
         ["gpu", ref rest @ ..] => finish::<()>(Err(cuda::on_device(&workspace, rest))),
         ref words if asks_for_help(words) => tell(HELP),
         ["test", ref words @ ..] => {

@@ -164,10 +164,12 @@ fn test(workspace: &Workspace, _: Depth) -> Result<Tally, Failure> {
     workspace.cargo(&["test", "--workspace", "--no-fail-fast", "--", "--skip", "::row_"]).stream()
 }
 
-/// In the profile of the tests, whose checks a release leaves out.
-pub(crate) fn soak(workspace: &Workspace, arguments: &[&str]) -> Run {
-    let run = ["run", "--quiet", "--profile", "test", "--package", "red-soak", "--"];
-    workspace.cargo(&run).args(arguments)
+/// As the tests built it, with their checks and with the features of the whole workspace: of its own features alone most of
+/// what it needs would be built again.
+pub(crate) fn soak(workspace: &Workspace, arguments: &[&str]) -> Result<Run, Failure> {
+    let build = ["build", "--quiet", "--profile", "test", "--workspace", "--bin", "red-soak"];
+    workspace.cargo(&build).stream()?;
+    Ok(workspace.command(workspace.target.join("debug/red-soak")).args(arguments))
 }
 
 fn fault_table(workspace: &Workspace, _: Depth) -> Result<Tally, Failure> {
@@ -177,7 +179,7 @@ fn fault_table(workspace: &Workspace, _: Depth) -> Result<Tally, Failure> {
 fn half_a_minute(workspace: &Workspace, _: Depth) -> Result<Tally, Failure> {
     // Real time where it is granted; where it is not, the soak says so and what is missing. By their number, and not by
     // time, there are workloads enough to judge by on a slow machine too.
-    soak(workspace, &["--workloads", "36", "--length-ms", "500", "--best-effort"]).stream()
+    soak(workspace, &["--workloads", "36", "--length-ms", "500", "--best-effort"])?.stream()
 }
 
 fn doc(workspace: &Workspace, _: Depth) -> Result<Tally, Failure> {
