@@ -149,6 +149,11 @@ impl Graph {
     pub fn longest_path(&self, costs: &[u64]) -> u64 {
         self.heads(costs).into_iter().max().unwrap_or(0)
     }
+
+    /// Work that a pool gets, at WCET.
+    pub fn work(&self, pool: usize) -> u64 {
+        self.nodes.iter().filter(|node| node.pool == pool).map(|node| node.cost_ns).sum()
+    }
 }
 
 /// The nodes after `events`, which all hold from one instant on: removals first, then additions at the end.

@@ -25,7 +25,7 @@ crate::capacity::stored! {
         pub(super) pool_mask: u32,
         /// What a job has left at its release: D less the least time in which it can end at WCET.
         pub(super) slack: i64,
-        /// What a job alone has left at least, at WCET, however its nodes follow each other (Graham's bound).
+        /// What a job has left at least on as few lanes as its work may fit on, at WCET (Graham's bound).
         pub(super) spare: i64,
         /// Work by pool at WCET, in nanoseconds.
         pub(super) work: C::Pools<u64>,
@@ -91,12 +91,16 @@ impl<C: Capacity> Version<C> {
 
     /// What a job has to spare by its longest path, in nanoseconds, and its work on so many lanes of each pool. Time bound: O(pools).
     pub(super) fn bound_slack(&mut self, path: u64, lanes: &[u8], due: Duration) {
-        let share = |pool: usize| self.work[pool].div_ceil(lanes[pool].max(1).into());
-        let (mut least, mut most) = (path, path - path / u64::from(lanes.iter().copied().fold(1, u8::max)));
-        for share in (0..C::POOLS).map(share) {
-            (least, most) = (least.max(share), most.saturating_add(share));
+        let (mut least, mut most, mut widest) = (path, path, 1);
+        for (pool, lanes) in lanes.iter().enumerate().take(C::POOLS) {
+            let (work, all) = (self.work[pool], u64::from((*lanes).max(1)));
+            // Others may hold all but those that it cannot do without.
+            let few = work.div_ceil(due.as_nanos().max(1)).clamp(1, all);
+            (least, most) = (least.max(work.div_ceil(all)), most.saturating_add(work.div_ceil(few)));
+            widest = widest.max(few);
         }
         let due = due.as_nanos().cast_signed();
+        let most = most - path / widest;
         (self.slack, self.spare) = (due.saturating_sub_unsigned(least), due.saturating_sub_unsigned(most));
     }
 

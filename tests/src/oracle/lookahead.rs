@@ -144,13 +144,18 @@ impl Sim<'_> {
         (1..lanes).map(on).find(|&(_, end)| end <= due).unwrap_or_else(|| on(lanes))
     }
 
-    /// What the next job of a task has to spare at least: by its longest path less the part of it that lanes share, and by its work in
-    /// each pool over the lanes.
+    /// What the next job of a task has to spare at least, on as few lanes of each pool as its work there fits on within its deadline, by
+    /// the lengths alone: by its longest path less the part of it that lanes share, and by its work over these lanes.
     fn spare_at_least(&self, task: usize, graph: &Graph) -> i128 {
-        let path = graph.longest_path(&graph.costs());
-        let most = self.workload.pools.iter().map(|pool| u64::from(pool.lanes)).max().unwrap_or(1);
-        let work: u64 = (0..self.workload.pools.len()).map(|pool| self.share(graph, pool)).sum();
-        i128::from(self.workload.tasks[task].deadline_ns) - i128::from(path - path / most + work)
+        let (path, due) = (graph.longest_path(&graph.costs()), self.workload.tasks[task].deadline_ns);
+        let pools = self.workload.pools.iter().enumerate().map(|(number, pool)| {
+            let work = graph.work(number);
+            let few = (1..u64::from(pool.lanes)).find(|few| work <= few * due).unwrap_or(pool.lanes.into());
+            (few, work.div_ceil(few))
+        });
+        let (widest, shared) =
+            pools.fold((1, 0), |(widest, sum), (few, share)| (few.max(widest), sum + share));
+        i128::from(due) - i128::from(path - path / widest + shared)
     }
 
     /// What the next job of a task has to spare.
@@ -172,8 +177,7 @@ impl Sim<'_> {
 
     /// The work of a graph in a pool, over its lanes.
     fn share(&self, graph: &Graph, pool: usize) -> u64 {
-        let work: u64 = graph.nodes.iter().filter(|node| node.pool == pool).map(|node| node.cost_ns).sum();
-        work.div_ceil(self.workload.pools[pool].lanes.into())
+        graph.work(pool).div_ceil(self.workload.pools[pool].lanes.into())
     }
 
     /// What others have to be above to be waited for: whether their floor cannot spare them, their value.

@@ -223,3 +223,32 @@ fn a_higher_value_on_all_lanes_loses_nothing_where_a_third_task_comes_between() 
         }
     }
 }
+
+/// A job that fits on all lanes with room to spare may find all but one of them held.
+#[test]
+fn a_higher_value_loses_nothing_where_a_lower_one_holds_the_lanes_that_it_can_do_without() {
+    let side_by_side = |ms: &[u64]| -> String {
+        let node = |(nth, ms)| format!("[[task.node]]\nname = 'n{nth}'\nwcet = '{ms}ms'\n");
+        ms.iter().enumerate().map(node).collect()
+    };
+    let task = |name: &str, value: u32, period: u64, deadline: u64, nodes: &str| {
+        format!(
+            "[[task]]\nname = '{name}'\nvalue = {value}\nperiod = '{period}ms'\ndeadline = '{deadline}ms'\n{nodes}"
+        )
+    };
+    let chain = "[[task.node]]\nname = 'x'\nwcet = '6ms'\n[[task.node]]\nname = 'y'\nwcet = '4ms'\nafter = ['x']\n\
+                 [[task.node]]\nname = 'z'\nwcet = '17ms'\nafter = ['y']\n";
+    let pairs = [
+        (task("low", 1, 20, 40, &side_by_side(&[21, 5, 5])), (21, 18, side_by_side(&[9, 8]))),
+        (task("low", 1, 20, 80, chain), (17, 12, side_by_side(&[6, 4]))),
+        (task("low", 1, 20, 40, &side_by_side(&[15, 4, 4])), (20, 20, side_by_side(&[10, 9]))),
+    ];
+    for (low, (period, deadline, nodes)) in pairs {
+        let high = task("high", 1_000, period, deadline, &format!("floor = [1, 1]\n{nodes}"));
+        for tasks in [format!("{low}{high}"), format!("{high}{low}")] {
+            let found = on_time_on(2, &tasks);
+            let high = found[usize::from(tasks.starts_with(&low))];
+            assert_eq!(high.0, high.1, "{found:?}: {tasks}");
+        }
+    }
+}
