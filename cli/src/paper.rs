@@ -10,7 +10,7 @@ use crate::place::{self, Folder, Force, Place, Places};
 use crate::table::Table as Text;
 use crate::terminal;
 use red_paper::table::{Claim, Table, Verdict};
-use red_paper::{EXPERIMENTS, Experiment, Group, PaperError, Run, markdown};
+use red_paper::{EXPERIMENTS, Experiment, Group, PaperError, Run, SEEDS, markdown};
 use red_rt::stop::StopSignals;
 use red_workload::shown_path;
 use serde::Serialize;
@@ -22,9 +22,6 @@ const SCOREBOARD: &str = "scoreboard";
 
 /// Asks for the names of all tables.
 const LIST: &str = "list";
-
-/// Seeds that intervals of confidence are made of.
-const SEEDS: u64 = 20;
 
 /// Runs the paper's experiments in virtual time, and prints our numbers beside the paper's.
 #[derive(clap::Args)]

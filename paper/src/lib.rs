@@ -17,3 +17,6 @@ pub mod trial;
 
 pub use experiments::{EXPERIMENTS, Experiment, Group};
 pub use run::{PaperError, Run};
+
+/// Seeds that intervals of confidence are made of, unless told.
+pub const SEEDS: u64 = 20;

@@ -62,10 +62,19 @@ impl<'a> Model<'a> {
     }
 
     /// Whether a lane may be left idle instead of starting the node: before it would end, a job of a larger value, or one with
-    /// a floor, is to be released, or should have been.
+    /// a floor, is to be released, or should have been; or any, where the node's job would be late at WCET on lanes of its own.
     fn awaits_rank(&self, (task, index, node): (usize, u64, usize), now: u64) -> bool {
         let tasks = &self.workload.tasks;
-        let end = now + self.jobs[&(task, index)].node(node).cost();
+        let job = &self.jobs[&(task, index)];
+        let end = now + job.node(node).cost();
+        let nodes = || job.dag.nodes().map(NodeId::index);
+        let share = |pool: usize| {
+            let costs = nodes().map(|node| job.node(node)).filter(|node| node.pool().index() == pool);
+            costs.map(Node::cost).sum::<u64>().div_ceil(self.workload.pools[pool].lanes.into())
+        };
+        let paths = nodes().map(|node| job.node(node).cost() + job.tails[node]);
+        let least = (0..self.workload.pools.len()).map(share).chain(paths).max();
+        let is_lost = least > Some(job.deadline - job.release);
         tasks.iter().zip(&self.released).any(|(other, released)| {
             let (Arrival::Periodic { period_ns: gap } | Arrival::Sporadic { min_interarrival_ns: gap }) =
                 other.arrival
@@ -73,7 +82,8 @@ impl<'a> Model<'a> {
                 return false;
             };
             let is_near = |at: u64| at + gap < end && now < at + gap + other.deadline_ns.max(gap / 8);
-            (other.value > tasks[task].value || other.floor.is_some()) && released.is_some_and(is_near)
+            (is_lost || other.value > tasks[task].value || other.floor.is_some())
+                && released.is_some_and(is_near)
         })
     }
 

@@ -17,7 +17,7 @@ const FAILS: &str = "| fails |";
 /// # Errors
 /// The command fails, or a promise of the scoreboard is not kept; with `check`, the file is not what is printed.
 pub(crate) fn run(workspace: &Workspace, check: bool) -> Result<Tally, Failure> {
-    let made = redrt(workspace, &["paper", "--markdown"])?.text()?;
+    let made = released(workspace, "red-paper")?.text()?;
     let file = workspace.root.join("docs/paper.md");
     if check {
         let planted = made.replacen("20 seeds", "21 seeds", 1);
@@ -38,12 +38,12 @@ pub(crate) fn run(workspace: &Workspace, check: bool) -> Result<Tally, Failure> 
 /// # Errors
 /// The command fails.
 pub(crate) fn scoreboard(workspace: &Workspace, arguments: &[&str]) -> Result<Tally, Failure> {
-    redrt(workspace, &["paper", "scoreboard"])?.args(arguments).stream()
+    released(workspace, "redrt")?.args(&["paper", "scoreboard"]).args(arguments).stream()
 }
 
-/// The released command, with these arguments.
-fn redrt(workspace: &Workspace, arguments: &[&str]) -> Result<Run, Failure> {
-    workspace.cargo(&["build", "--release", "--package", "redrt"]).stream()?;
-    let program = workspace.target.join("release/redrt");
-    Ok(Run::new(OsStr::new(&program), &workspace.root).args(arguments))
+/// The released program of a package.
+fn released(workspace: &Workspace, package: &str) -> Result<Run, Failure> {
+    workspace.cargo(&["build", "--release", "--package", package]).stream()?;
+    let program = workspace.target.join("release").join(package);
+    Ok(Run::new(OsStr::new(&program), &workspace.root))
 }

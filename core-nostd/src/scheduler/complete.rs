@@ -2,7 +2,7 @@
 
 use super::{Scheduler, action::ShedReason, bits, event::EventKind};
 use crate::capacity::{Capacity, Empty};
-use crate::config::Gate;
+use crate::config::{Gate, Shed};
 use crate::graph::NodeSet;
 use crate::id::{NodeId, UnitId};
 use crate::time::Instant;
@@ -166,10 +166,25 @@ impl<C: Capacity> Scheduler<C> {
         }
     }
 
+    /// Takes what each unit of a job alone has run for a sample, if that is past its WCET: the job is given up, and the rest is not seen.
+    pub(super) fn observe_given_up(&mut self, slot: usize) {
+        for rank in self.jobs[slot].running.iter() {
+            let lane = usize::from(self.jobs[slot].place[rank]);
+            let is_past = self.executed_on(lane) > self.node(slot, rank).wcet.get();
+            if self.observes && !self.lanes[lane].merged && is_past {
+                self.observe(slot, self.lanes[lane].unit.node(), lane);
+            }
+        }
+    }
+
     #[cold]
     fn count_overrun(&mut self, slot: usize, node: NodeId, lane: usize) {
         self.counters.overruns += 1;
         self.tasks[self.jobs[slot].task.index()].overran = true;
+        if self.config.shed == Shed::Hopeless {
+            // Until it has settled nobody knows what it blocks.
+            self.pools.as_mut().iter_mut().for_each(|pool| pool.is_plain = false);
+        }
         self.note_node(EventKind::Overran, slot, node, lane);
     }
 }

@@ -167,6 +167,9 @@ impl<C: Capacity> Scheduler<C> {
     /// Ends a job: completed (`None`) or given up. Its slot is free once the host took the outcome.
     #[inline(never)]
     pub(super) fn end_job(&mut self, slot: usize, shed: Option<ShedReason>) {
+        if shed.is_some_and(|reason| reason != ShedReason::Fault) {
+            self.observe_given_up(slot);
+        }
         self.in_flight &= !(1 << slot);
         self.ended |= 1 << slot;
         let job = &mut self.jobs[slot];

@@ -11,7 +11,7 @@
 //! counts whatever the head's key is, on as few lanes as end it in time, each from where it needs it, and the head waits for it even if it
 //! is late by that; others that are ready and need not wait go before it. A lane that runs a higher rank is free once all behind that has run. A late release is
 //! waited for for an eighth of its period. What cannot be in time alone, or
-//! lost all of late, is waited for by nobody, but for one probe in 17.
+//! lost all of late, is waited for by nobody, but for one probe in 17; and if its nodes take too long, it waits for everybody.
 //! *Why it ends.* A head that may be late for its key waits no longer, and each wait ends at an instant that is told. For a
 //! higher rank it waits as long as it would take the lane of each next job; but a probe only for what a floor cannot spare.
 
@@ -137,13 +137,13 @@ impl<C: Capacity> Scheduler<C> {
                 }
             }
         }
-        let wcet = self.node(slot, rank).cost();
-        let rank_of_head = || self.rank(job, slot, self.floor_of(job)).beside_next();
+        let cost = self.node(slot, rank).cost().max(head.cost);
+        let own = || self.beside_next(slot);
         for task in self.tasks.as_ref().iter().filter(|task| task.admitted && task.next_job > 0) {
             let Some(period) = task.timing.period() else { continue };
             let (version, value) = (task.newest(), task.timing.value);
-            let next = || (!task.timing.floor.spares(task.next_job), value);
-            let is_above = task.is_blocked_by(wcet) && next() > rank_of_head() && self.can_gain(task);
+            let next = || (true, !task.timing.floor.spares(task.next_job), value);
+            let is_above = task.is_blocked_by(cost) && next() > own() && self.can_gain(task);
             if !is_above && (!looks || is_pressed && value < timing.value) {
                 continue;
             }
@@ -178,13 +178,11 @@ impl<C: Capacity> Scheduler<C> {
         }
         let ends = ends.unwrap_or_else(|| self.lanes_end());
         let mut free = <C::Lanes<u64>>::EMPTY;
-        let rank_of = |slot: usize| self.rank(&self.jobs[slot], slot, self.floor_of(&self.jobs[slot]));
         for lane in 0..C::LANES {
             let l = &self.lanes[lane];
             let is_lost = lanes >> lane & 1 == 0 || l.is_busy() && l.members == 0;
             // What is behind a unit of a higher rank goes on at once.
-            let above =
-                bits(l.members).filter(|slot| !looks && rank_of(*slot).beside_next() > rank_of_head());
+            let above = bits(l.members).filter(|other| !looks && self.beside_next(*other) > own());
             let after = above.map(|slot| self.after(slot, lane)).fold(0, u64::max);
             free[lane] = if is_lost { u64::MAX } else { ends[lane].max(now).saturating_add(after) };
         }

@@ -71,6 +71,7 @@ impl<C: Capacity> Scheduler<C> {
     pub(super) fn left_of(&self, job: &Job<C>, slot: usize, rank: usize, case: Case) -> u64 {
         let (node, ref window) = self.history(job, rank);
         let whole = match case {
+            Case::Best if self.is_doubted(job) => node.best.as_nanos().min(node.cost()),
             Case::Best => self.best_case(node, window),
             Case::Expected => {
                 let mean = window.mean().map_or(node.wcet.as_nanos(), CostEstimate::as_nanos);

@@ -55,8 +55,11 @@ impl<C: Capacity> Scheduler<C> {
             is_doubtful |= stay != self.in_flight;
             let below = |slot: &usize| standings[*slot] < standings[x];
             let lower = those(forward.in_the_way(x, stay), below);
+            let is_doubted = self.is_doubted(&self.jobs[x]);
             let is_needed = |y: usize| {
-                forward.share_a_pool(x, y) && self.can_end_in_time(&self.jobs[y], y, Case::Expected)
+                (!is_doubted || standings[y] > standings[x])
+                    && forward.share_a_pool(x, y)
+                    && self.can_end_in_time(&self.jobs[y], y, Case::Expected)
             };
             let cause = self.cause_of(x, &forward, stay, &standings);
             let (loses, because, next) = if let Some(least) = bits(lower).min_by_key(|slot| standings[*slot])
@@ -160,8 +163,11 @@ impl<C: Capacity> Scheduler<C> {
         let mut due = Instant::MAX;
         for slot in self.slots() {
             let task = self.jobs[slot].task.index();
-            if self.tasks[task].overran && !self.tasks[task].has_settled() {
-                return None;
+            if self.tasks[task].overran {
+                if !self.tasks[task].has_settled() {
+                    return None;
+                }
+                self.find_blocked();
             }
             let version = self.version(slot);
             self.pool_numbers().for_each(|pool| work[pool] = work[pool].saturating_add(version.work[pool]));

@@ -157,6 +157,7 @@ impl<C: Capacity> Scheduler<C> {
         for low in tasks().filter(|_| self.config.shed == Shed::Hopeless) {
             for place in low.taken().iter() {
                 let (pool, cost) = (low.nodes[place].pool.index(), low.nodes[place].cost());
+                let cost = if low.overran { u64::MAX } else { cost };
                 let meets = |high: &Task<C>| high.newest().pool_mask >> pool & 1 != 0;
                 let is_blocked =
                     |high: &Task<C>| meets(high) && high.may_outrank(low) && high.is_blocked_by(cost);

@@ -5,7 +5,7 @@
 //! weighed by how its task fared of late, then the newest.
 //! *Why nobody starves.* Each 17th job of a task is a probe: it ranks as if it could end in time, so that an estimate
 //! that is wrong gets another sample, and before its equals if more than the last 16 were lost: of several such, the one that lost
-//! the most in a row.
+//! the most in a row. If its nodes take too long, what was seen of them is no proof then, and its probe goes only for who is above it.
 
 use super::{Scheduler, jobs::Job, outlook::Case, tasks::Task};
 use crate::capacity::Capacity;
@@ -38,13 +38,6 @@ pub(super) struct Standing {
     last: Reverse<(u64, Instant, usize, u64)>,
 }
 
-impl Rank {
-    /// What the next job of a task has to be above to be waited for: owed, value. A probe that is due gets its lane.
-    pub(super) const fn beside_next(self) -> (bool, u32) {
-        (self.is_owed, if self.due > 0 { u32::MAX } else { self.value })
-    }
-}
-
 impl<C: Capacity> Scheduler<C> {
     /// Where a job stands, if the jobs of its task fared as `floor` remembers. Time bound: O(nodes + edges).
     pub(super) fn standing(&self, slot: usize, floor: &Floor) -> Standing {
@@ -65,6 +58,21 @@ impl<C: Capacity> Scheduler<C> {
             value: self.tasks[job.task.index()].timing.value,
             due: if is_probe && floor.lost_in_row() > RECENT { floor.lost_in_row() } else { 0 },
         }
+    }
+
+    /// What the next job of a task has to be above for this one to wait for it: any hope, owed, value. A probe that is due gets its lane;
+    /// a job that will be late, of a task that lost all of late as its nodes take too long, waits for everybody.
+    pub(super) fn beside_next(&self, slot: usize) -> (bool, bool, u32) {
+        let (job, floor) = (&self.jobs[slot], self.floor_of(&self.jobs[slot]));
+        let Rank { has_chance, is_owed, value, due } = self.rank(job, slot, floor);
+        let is_hopeless = floor.recently_lost() == RECENT && self.tasks[job.task.index()].is_slow();
+        (has_chance || !is_hopeless, is_owed, if due > 0 { u32::MAX } else { value })
+    }
+
+    /// Whether what was seen of a job proves nothing: a probe of a slow task that lost more than its last 16.
+    pub(super) fn is_doubted(&self, job: &Job<C>) -> bool {
+        let task = &self.tasks[job.task.index()];
+        job.index.is_multiple_of(PROBE) && task.timing.floor.lost_in_row() > RECENT && task.is_slow()
     }
 
     /// Whether a job could end in time if the lanes were its own, at best case or by estimates. Time bound: O(nodes + edges),

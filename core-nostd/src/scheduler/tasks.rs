@@ -187,9 +187,14 @@ impl<C: Capacity> Task<C> {
     }
 
     /// Whether a job of it may have a higher rank than one of another.
-    pub(super) const fn may_outrank(&self, other: &Self) -> bool {
+    pub(super) fn may_outrank(&self, other: &Self) -> bool {
         let floor = &self.timing.floor;
-        self.timing.value > other.timing.value || floor.window > floor.allowed
+        self.timing.value > other.timing.value || floor.window > floor.allowed || other.is_slow()
+    }
+
+    /// Whether jobs of it may be late however early they start: at WCET they would be, or a WCET was exceeded of late.
+    pub(super) fn is_slow(&self) -> bool {
+        self.overran || self.newest().slack < 0
     }
 
     /// Whether a node of such a cost may take longer than the next job has to spare.

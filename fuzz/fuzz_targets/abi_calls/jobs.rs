@@ -1,6 +1,6 @@
 //! The functions of the loop, and what a host may ask.
 
-use red_core::{Action, Gate, Instant, NodeId};
+use red_core::{Action, Instant, NodeId};
 use red_ffi::*;
 
 use crate::arguments::Out;
@@ -336,8 +336,8 @@ pub(crate) fn let_end(w: &mut World<'_>, at: usize) {
     }
 }
 
-/// Time stands still, so that nothing is given up; each round ends a unit, or takes an action. Only where lanes wait on purpose
-/// time goes on to when they look again.
+/// Time stands still, so that nothing is given up; each round ends a unit, or takes an action. Only where lanes wait on purpose,
+/// under lookahead or for a higher rank, time goes on to when they look again.
 fn run_down(w: &mut World<'_>, at: usize) {
     for _ in 0..40_000 {
         let before = w.twin(at).1.live.len();
@@ -348,7 +348,7 @@ fn run_down(w: &mut World<'_>, at: usize) {
         }
         if stream.live.len() <= before && !stream.live.is_empty() {
             complete(w);
-        } else if stream.live.is_empty() && twin.config().gate == Gate::Lookahead {
+        } else if stream.live.is_empty() && twin.figures().can_dispatch == 0 {
             let again = twin.poll_at().map_or(0, Instant::as_nanos);
             w.pass_until(again);
         }

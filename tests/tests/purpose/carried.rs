@@ -151,25 +151,27 @@ fn overload_of_one_pool_leaves_another_alone() {
     assert!(fit >= 40, "{fit} sets fit");
 }
 
-/// Periodic tasks whose first job takes other times than all later ones.
-struct SlowOnce {
+/// Periodic tasks whose first jobs take other times than all later ones.
+struct SlowAtFirst {
     period_ms: u64,
-    /// Of each task: of its first job and of any later one.
+    /// How many.
+    first: u64,
+    /// Of each task: of its first jobs and of any later one.
     times_ms: &'static [(u64, u64)],
 }
 
-impl World for SlowOnce {
+impl World for SlowAtFirst {
     fn release(&self, _task: usize, job: usize) -> Option<u64> {
         Some(1_000_000 * self.period_ms * job as u64)
     }
 
     fn time(&self, task: usize, job: u64, _node: &Numbered) -> (u64, bool) {
-        let (first, later) = self.times_ms[task];
-        (1_000_000 * if job == 0 { first } else { later }, true)
+        let (slow, later) = self.times_ms[task];
+        (1_000_000 * if job < self.first { slow } else { later }, true)
     }
 }
 
-impl SlowOnce {
+impl SlowAtFirst {
     /// Of each task the jobs that are not on time, by number. Tasks have one node: name, value, WCET and deadline in ms.
     fn late(&self, tasks: &[(&str, u32, u64, u64)]) -> Vec<Vec<usize>> {
         let mut file = "[[pool]]\nname = 'cpu'\nlanes = 1\n".to_owned();
@@ -202,16 +204,49 @@ impl SlowOnce {
 /// Neither its WCET nor its first run would be in time; all others are.
 #[test]
 fn a_first_run_that_is_too_slow_costs_one_job() {
-    let world = SlowOnce { period_ms: 10, times_ms: &[(11, 3)] };
+    let world = SlowAtFirst { period_ms: 10, first: 1, times_ms: &[(11, 3)] };
     assert_eq!(world.late(&[("camera", 1, 12, 10)]), [[0]]);
 }
 
 /// It waits for `brake` while it is believed to be slow. Now and then it gets a lane all the same, as `brake` has no floor.
 #[test]
 fn a_slow_first_run_beside_a_tight_task_passes() {
-    let world = SlowOnce { period_ms: 20, times_ms: &[(16, 16), (24, 3)] };
+    let world = SlowAtFirst { period_ms: 20, first: 1, times_ms: &[(16, 16), (24, 3)] };
     let late = world.late(&[("brake", 1_000, 16, 20), ("map", 1, 24, 40)]);
     assert!(late[0].len() <= 10, "{late:?}");
     // The last two seconds; a job may be in flight at the end.
     assert!(late[1].iter().filter(|number| **number >= 500).count() <= 2, "{late:?}");
+}
+
+/// A task whose nodes take three times what it has: it takes the lane for a probe now and then, and others have the rest, whatever
+/// its value and its WCET.
+#[test]
+fn a_task_that_always_outlasts_its_deadline_costs_others_only_its_probes() {
+    let world = SlowAtFirst { period_ms: 20, first: 0, times_ms: &[(0, 30), (0, 10)] };
+    for (value, wcet_ms) in [(1_000, 5), (1, 5), (1_000, 30), (1, 30)] {
+        let late = world.late(&[("map", value, wcet_ms, 20), ("camera", 1, 10, 20)]);
+        let late: Vec<usize> = late.iter().map(Vec::len).collect();
+        // All of its own, and two for each probe.
+        assert!(
+            late[0] >= 600 && late[1] <= 75,
+            "value {value}, WCET {wcet_ms} ms: late {late:?} of 600 each"
+        );
+    }
+}
+
+/// What was too slow for a while, and is not any more, is on time again, beside others and alone.
+#[test]
+fn a_task_that_was_too_slow_for_a_while_is_whole_again() {
+    for first in [1, 4, 8, 12, 20, 40, 100] {
+        let world = SlowAtFirst { period_ms: 20, first, times_ms: &[(30, 5), (10, 10)] };
+        for (value, wcet_ms) in [(1_000, 5), (1, 5), (1_000, 30), (1, 30)] {
+            let map = ("map", value, wcet_ms, 20);
+            for tasks in [&[map, ("camera", 1, 10, 20)], &[map][..]] {
+                let late = world.late(tasks);
+                // The last two seconds of twelve.
+                let is_whole = late.iter().flatten().all(|number| *number < 500);
+                assert!(is_whole, "{first} slow, value {value}, WCET {wcet_ms} ms: late {late:?}");
+            }
+        }
+    }
 }
