@@ -39,6 +39,11 @@ pub(crate) const fn shift(node: &Node) -> u8 {
 }
 
 impl Window {
+    /// Whether there is no sample yet.
+    pub(crate) const fn is_empty(&self) -> bool {
+        self.samples[WINDOW - 1] == 0
+    }
+
     /// Takes a sample of a node with this shift; the oldest of 8 goes. Time bound: O(1).
     #[inline]
     pub(crate) fn push(&mut self, shift: u8, executed: Duration) {

@@ -159,8 +159,11 @@ impl<C: Capacity> Scheduler<C> {
     fn observe(&mut self, slot: usize, node: NodeId, lane: usize) {
         let executed = self.executed_on(lane);
         let task = &mut self.tasks[self.jobs[slot].task.index()];
-        task.samples[node.index()].push(task.shifts[node.index()], executed);
-        let overran = executed > task.nodes[node.index()].wcet.get();
+        let wcet = task.nodes[node.index()].wcet.get();
+        let (shift, window) = (task.shifts[node.index()], &mut task.samples[node.index()]);
+        // A slow first run proves nothing: it would keep out of its lane who has to wait for a higher rank.
+        window.push(shift, if window.is_empty() { executed.min(wcet) } else { executed });
+        let overran = executed > wcet;
         if overran {
             self.count_overrun(slot, node, lane);
         }

@@ -250,3 +250,11 @@ fn a_task_that_was_too_slow_for_a_while_is_whole_again() {
         }
     }
 }
+
+/// One slow run, the first one, costs no more than the jobs that it delays, beside who goes first and must lose nothing.
+#[test]
+fn a_slow_first_run_costs_only_what_it_delays() {
+    let world = SlowAtFirst { period_ms: 20, first: 1, times_ms: &[(30, 3), (8, 8)] };
+    let late = world.late(&[("net", 1, 4, 20), ("other", 1_000, 8, 20)]);
+    assert!(late.iter().all(|late| late.len() <= 2), "{late:?}");
+}
