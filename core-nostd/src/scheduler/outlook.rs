@@ -71,8 +71,7 @@ impl<C: Capacity> Scheduler<C> {
     pub(super) fn left_of(&self, job: &Job<C>, slot: usize, rank: usize, case: Case) -> u64 {
         let (node, ref window) = self.history(job, rank);
         let whole = match case {
-            Case::Best if self.is_doubted(job) => node.best.as_nanos().min(node.cost()),
-            Case::Best => self.best_case(node, window),
+            Case::Best => self.best_case(job, node, window),
             Case::Expected => {
                 let mean = window.mean().map_or(node.wcet.as_nanos(), CostEstimate::as_nanos);
                 // With care before a job takes lanes: they are lost if it is late.
@@ -124,8 +123,8 @@ impl<C: Capacity> Scheduler<C> {
     }
 
     /// Best case, in nanoseconds; never above the cost, so that on time at WCET is on time at best.
-    fn best_case(&self, node: &Node, window: &Estimator) -> u64 {
-        let is_observed = self.config.best_case == BestCase::Observed;
+    fn best_case(&self, job: &Job<C>, node: &Node, window: &Estimator) -> u64 {
+        let is_observed = self.config.best_case == BestCase::Observed && !self.is_doubted(job);
         let seen = if is_observed { window.best_case() } else { None };
         seen.unwrap_or_default().max(node.best).as_nanos().min(node.cost())
     }
