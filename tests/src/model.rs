@@ -6,7 +6,7 @@ use red_core::{
     Action, Dag, Dispatch, Event, EventKind, Levels, Node, NodeId, Outcome, Role, Scheduler, UnitId,
 };
 use red_sim::Lab;
-use red_workload::model::{Arrival, Workload};
+use red_workload::model::{Arrival, Task, Workload};
 
 use crate::drive::Watch;
 
@@ -62,7 +62,7 @@ impl<'a> Model<'a> {
     }
 
     /// Whether a lane may be left idle instead of starting the node: before it would end, a job of a larger value, or one with
-    /// a floor, is to be released, or should have been; or any, where the node's job would be late at WCET on lanes of its own.
+    /// a floor, is to be released, or should have been, or has a node there that is not ready; or any, where the node's job would be late at WCET on lanes of its own.
     fn awaits_rank(&self, (task, index, node): (usize, u64, usize), now: u64) -> bool {
         let tasks = &self.workload.tasks;
         let job = &self.jobs[&(task, index)];
@@ -75,16 +75,27 @@ impl<'a> Model<'a> {
         let paths = nodes().map(|node| job.node(node).cost() + job.tails[node]);
         let least = (0..self.workload.pools.len()).map(share).chain(paths).max();
         let is_lost = least > Some(job.deadline - job.release);
-        tasks.iter().zip(&self.released).any(|(other, released)| {
+        let pool = job.node(node).pool();
+        let is_above = |other: &Task| is_lost || other.value > tasks[task].value || other.floor.is_some();
+        let is_next = tasks.iter().zip(&self.released).any(|(other, released)| {
             let (Arrival::Periodic { period_ns: gap } | Arrival::Sporadic { min_interarrival_ns: gap }) =
                 other.arrival
             else {
                 return false;
             };
             let is_near = |at: u64| at + gap < end && now < at + gap + other.deadline_ns.max(gap / 8);
-            (is_lost || other.value > tasks[task].value || other.floor.is_some())
-                && released.is_some_and(is_near)
-        })
+            is_above(other) && released.is_some_and(is_near)
+        });
+        // A frame that runs elsewhere has to end first, too.
+        let ready: Vec<_> = self.ready().collect();
+        let mut nodes = self.jobs.iter().filter(|((task, _), _)| is_above(&tasks[*task])).flat_map(
+            |((task, index), job)| {
+                let open = job.dag.nodes().map(NodeId::index).filter(|node| !job.done.contains(node));
+                let here = open.filter(|node| job.node(*node).pool() == pool && !job.running.contains(node));
+                here.map(|node| (*task, *index, node))
+            },
+        );
+        is_next || nodes.any(|node| !ready.contains(&node))
     }
 
     /// Nodes that could start: precedence holds, and no running unit computes their frame.

@@ -7,8 +7,9 @@
 //! *Why it goes on.* A node fits beside its own encoder's result, which admission checked. Encoders alone would throw
 //! each other's results away for ever, because keys put them before decoders; a decoder's end is for good.
 
-use super::{Scheduler, event::EventKind};
+use super::{Scheduler, bits, event::EventKind};
 use crate::capacity::Capacity;
+use crate::config::Shed;
 use crate::policy::frame_cache::OutputState;
 
 impl<C: Capacity> Scheduler<C> {
@@ -26,9 +27,8 @@ impl<C: Capacity> Scheduler<C> {
         let head = |slot, pool| self.head_of(slot, pool).map(|rank| (self.rank_key(slot, rank), slot, rank));
         self.pool_numbers().filter(|pool| self.pools[*pool].free != 0).any(|pool| {
             let first = self.slots().filter_map(|slot| head(slot, pool)).min();
-            first.is_some_and(|(_, slot, rank)| {
-                let fits = self.next_that_fits(pool, slot, rank).is_some() || self.is_drained(pool);
-                fits && self.may_start_any(pool, slot, rank)
+            first.and_then(|(_, slot, rank)| self.goes(pool, slot, rank)).is_some_and(|(slot, rank)| {
+                self.next_that_fits(pool, slot, rank).is_some() || self.is_drained(pool)
             })
         })
     }
@@ -41,7 +41,16 @@ impl<C: Capacity> Scheduler<C> {
         if u32::from(self.jobs[slot].place[rank]) >= self.pools[pool].lanes.count_ones() {
             return None;
         }
-        self.most_pressing(pool, |slot, rank| self.fits(pool, slot, rank))
+        // It must not be in the way of whom it overtakes, if that is of a higher rank.
+        let budget = self.pools[pool].budget.saturating_sub(self.node(slot, rank).memory.0);
+        let is_beside = |other, next| {
+            let above =
+                self.config.shed == Shed::Hopeless && self.beside_next(slot) > self.beside_next(other);
+            !above || self.kept(pool).saturating_add(self.node(other, next).memory.0) <= budget
+        };
+        self.most_pressing(pool, |slot, rank| {
+            self.fits(pool, slot, rank) && is_beside(slot, rank) && self.may_start(pool, slot, rank)
+        })
     }
 
     pub(super) fn most_pressing(
@@ -64,6 +73,12 @@ impl<C: Capacity> Scheduler<C> {
     pub(super) fn fits(&self, pool: usize, slot: usize, rank: usize) -> bool {
         let p = &self.pools[pool];
         p.used.saturating_add(self.node(slot, rank).memory.0) <= p.budget
+    }
+
+    /// Bytes of a pool that kept results hold.
+    fn kept(&self, pool: usize) -> u64 {
+        let p = &self.pools[pool];
+        p.used - bits(p.lanes.into()).map(|lane| self.lanes[lane].memory).sum::<u64>()
     }
 
     /// Nothing runs and the head does not fit. It may be another one afterwards: evicted encoders are ready.

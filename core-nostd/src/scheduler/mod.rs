@@ -32,6 +32,7 @@
 pub(crate) mod action;
 mod admit;
 mod ahead;
+mod coming;
 pub(crate) mod complete;
 mod dispatch;
 pub(crate) mod edit;

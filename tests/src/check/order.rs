@@ -89,14 +89,25 @@ fn idle_lanes(facts: &Facts<'_>, pool: usize, units: &[Unit], waits: &[&Wait]) -
     Ok(())
 }
 
-/// Whether the node may wait for a job that is released before it would end, of a task with a larger value or a floor.
+/// Whether the node may wait for a job of a task with a larger value or a floor: one that is released before it would end, or has a node
+/// of the pool that is not ready yet.
 fn awaits_rank(facts: &Facts<'_>, wait: &Wait, now: u64) -> bool {
     let (job, tasks) = (&facts.jobs[wait.job], &facts.workload.tasks);
     let end = now + job.graph.nodes[wait.node].cost_ns;
     let is_above = |task: usize| tasks[task].value > tasks[job.task].value || tasks[task].floor.is_some();
+    let is_to_come = |other: &JobFacts, node: usize| {
+        let ready = other.ready(node, facts.policy.gates_levels());
+        other.graph.nodes[node].pool == wait.pool && ready.is_none_or(|ready| ready > now)
+    };
+    let is_in_flight = |other: &JobFacts| {
+        let is_there = other.release <= now && other.end.is_none_or(|end| end > now);
+        let is_given_up = other.shed.is_some_and(|(at, _)| at <= now);
+        is_there && !is_given_up && (0..other.runs.len()).any(|node| is_to_come(other, node))
+    };
+    let is_next = |other: &JobFacts| now < other.release && other.release < end;
     let mut others = facts.jobs.iter().filter(|other| is_above(other.task));
     facts.policy.is_ours()
-        && (end > facts.horizon || others.any(|other| now < other.release && other.release < end))
+        && (end > facts.horizon || others.any(|other| is_next(other) || is_in_flight(other)))
 }
 
 /// Whether the encoder waits for a running one of its frame.

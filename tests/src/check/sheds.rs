@@ -78,7 +78,11 @@ fn legal(facts: &Facts<'_>, units: &[Unit], job: &JobFacts, at: u64, reason: Rea
             ensure(is_spared(facts, job, at), || format!("{}: its floor is broken", name()))
         }
         Reason::Overload => {
-            ensure(facts.may_evict() || released(|_| false), || format!("{}: no job came", name()))?;
+            // A wait for a higher rank may have ended.
+            let tasks = &facts.workload.tasks;
+            let waits = tasks.iter().any(|task| task.floor.is_some() || task.value != tasks[0].value);
+            let is_due = waits || facts.may_evict() || released(|_| false);
+            ensure(is_due, || format!("{}: no job came", name()))?;
             let stays = |other: &JobFacts| {
                 let goes = other.shed.is_some_and(|(gone, reason)| {
                     gone < at || gone == at && matches!(reason, Reason::Overload | Reason::Full)

@@ -23,7 +23,7 @@ impl Sim<'_> {
     pub(super) fn dispatch(&mut self, now: u64) {
         let grid = self.workload.sync.filter(|_| self.policy.waits_for_grid());
         if let Some(grid) = grid {
-            if self.barrier.is_none() && self.can_any_start() {
+            if self.barrier.is_none() && self.can_any_start(now) {
                 self.barrier = Some(now.div_ceil(grid.grid_ns) * grid.grid_ns + grid.cost_ns);
             }
             if self.barrier != Some(now) {
@@ -43,8 +43,11 @@ impl Sim<'_> {
         }
     }
 
-    fn can_any_start(&self) -> bool {
-        let startable = |pool: usize| self.free_lane(pool).is_some() && self.pick(pool).is_some();
+    fn can_any_start(&self, now: u64) -> bool {
+        let startable = |pool: usize| {
+            let head = self.queue(pool).first().copied().filter(|_| self.free_lane(pool).is_some());
+            head.is_some_and(|head| self.pick(pool, head, now).is_some())
+        };
         (0..self.workload.pools.len()).any(startable)
     }
 
@@ -63,16 +66,14 @@ impl Sim<'_> {
         let (goes, until) = self.first_to_start(pool, now);
         if let Some(until) = until {
             self.wake = Some(self.wake.map_or(until, |wake| wake.min(until)));
-            let Some(goes) = goes else { return false };
-            self.start(pool, lane, goes, now);
-            return true;
         }
-        if let Some(pick) = self.pick(pool) {
+        let Some(goes) = goes else { return false };
+        if let Some(pick) = self.pick(pool, goes, now) {
             if let Some(head) = pick.overtakes {
                 self.note_overtaking(head);
             }
             self.start(pool, lane, pick.id, now);
-        } else if let Some(head) = self.make_room(pool) {
+        } else if let Some(head) = self.make_room(pool, goes) {
             self.start(pool, lane, head, now);
         } else {
             return false;
@@ -106,33 +107,37 @@ impl Sim<'_> {
         queue.into_iter().map(|(_, id)| id).collect()
     }
 
-    fn waits_for_key(&self, job: &Job, node: usize) -> bool {
+    pub(super) fn waits_for_key(&self, job: &Job, node: usize) -> bool {
         let running = || job.frames[node].as_ref().is_some_and(|key| self.running_until(key).is_some());
         self.policy.caches() && job.graph.nodes[node].role == Role::Encoder && running()
     }
 
-    /// The head of the queue if it fits; else what may overtake it.
-    fn pick(&self, pool: usize) -> Option<Pick> {
-        let queue = self.queue(pool);
-        let (&head, later) = queue.split_first()?;
+    /// What is to start if it fits; else what may overtake it. Of a lower rank that is only what need not wait, and fits beside it.
+    fn pick(&self, pool: usize, head: SubId, now: u64) -> Option<Pick> {
         let used = self.memory_used(pool);
         let fits = |id: SubId, used: u64| self.fits(pool, used, self.memory_of(id));
         if fits(head, used) {
             return Some(Pick { id: head, overtakes: None });
         }
+        let above = |id: SubId| {
+            let least = |(task, index, _): SubId| self.job(task, index).map(|job| self.least_above(job, now));
+            self.policy.is_ours() && least(head) > least(id)
+        };
+        let beside = self.kept(pool) + self.memory_of(head);
         let overtaken = self.overtaken.iter().find(|(id, _)| *id == head).map_or(0, |(_, count)| *count);
-        let follower = later.iter().copied().find(|&id| fits(id, used));
+        let follower = self.queue(pool).into_iter().find(|&id| {
+            fits(id, used) && (!above(id) || fits(id, beside)) && !self.has_to_wait(pool, id, now)
+        });
         let follower = follower.filter(|_| overtaken < self.workload.pools[pool].lanes)?;
         Some(Pick { id: follower, overtakes: Some(head) })
     }
 
     /// The head, or the most pressing ready decoder, after outputs of the pool went; nothing while something runs
     /// there. Encoders that run again may be the new head, and once all outputs are gone any head fits.
-    fn make_room(&mut self, pool: usize) -> Option<SubId> {
+    fn make_room(&mut self, pool: usize, head: SubId) -> Option<SubId> {
         if self.running.iter().any(|unit| unit.pool == pool) {
             return None;
         }
-        let head = *self.queue(pool).first()?;
         self.evict(pool, Eviction::WithoutReadyDecoder);
         if self.can_start(pool, head) {
             return Some(head);
@@ -171,10 +176,12 @@ impl Sim<'_> {
 
     /// Running footprints and cached outputs.
     fn memory_used(&self, pool: usize) -> u64 {
-        let running: u64 = self.running.iter().filter(|unit| unit.pool == pool).map(|unit| unit.memory).sum();
-        let cached: u64 =
-            self.cached.iter().filter(|output| output.pool == pool).map(|output| output.memory).sum();
-        running + cached
+        let running = self.running.iter().filter(|unit| unit.pool == pool).map(|unit| unit.memory);
+        running.sum::<u64>() + self.kept(pool)
+    }
+
+    pub(super) fn kept(&self, pool: usize) -> u64 {
+        self.cached.iter().filter(|output| output.pool == pool).map(|output| output.memory).sum()
     }
 
     fn fits(&self, pool: usize, used: u64, more: u64) -> bool {

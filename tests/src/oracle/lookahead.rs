@@ -1,18 +1,26 @@
 //! Lanes that are left idle for a node that is soon ready (rule 14).
 
-use super::band::Place;
 use super::job::{Job, State, SubId};
 use super::{PROBE_EVERY, Policy, RECENT_JOBS, Sim, Unit, keys};
-use crate::graph::Graph;
+use crate::graph::{Graph, Role};
 
-/// A node that takes a lane: key, when it is ready, cost, whether its job is above the head's.
-type Soon = (i128, u64, u64, bool);
+/// A node that takes a lane: key, when it is ready, cost, whether its job is above the head's, bytes that this needs.
+type Soon = (i128, u64, u64, bool, u64);
 
 /// Why a node does not start.
 struct Wait {
     until: u64,
     /// Whether it is for a higher rank.
     for_rank: bool,
+}
+
+/// Where a node of a job is.
+#[derive(Clone, Copy, PartialEq)]
+enum Stage {
+    Done,
+    /// What it has still to run.
+    Running(u64),
+    ToCome,
 }
 
 impl Sim<'_> {
@@ -23,36 +31,56 @@ impl Sim<'_> {
         let Some(&head) = queue.first() else { return (None, None) };
         let Some(wait) = self.waits(pool, head, now) else { return (Some(head), None) };
         // Of each job only its first that need not wait.
-        let goes = queue.into_iter().find(|&id| self.waits(pool, id, now).is_none());
+        let goes = queue.into_iter().find(|&id| !self.has_to_wait(pool, id, now));
         (goes.filter(|_| wait.for_rank), Some(wait.until))
+    }
+
+    pub(super) fn has_to_wait(&self, pool: usize, id: SubId, now: u64) -> bool {
+        self.waits(pool, id, now).is_some()
     }
 
     /// What a node waits for.
     fn waits(&self, pool: usize, (task, index, node): SubId, now: u64) -> Option<Wait> {
-        let looks = self.policy == Policy::RedrtLookahead;
-        let waits = looks || self.policy == Policy::Redrt;
-        if !waits || self.workload.pools[pool].memory_bytes.is_some() {
+        let budget = self.workload.pools[pool].memory_bytes;
+        let looks = self.policy == Policy::RedrtLookahead && budget.is_none();
+        if !matches!(self.policy, Policy::RedrtLookahead | Policy::Redrt) {
             return None;
         }
         let job = self.job(task, index)?;
-        let head = (job.keys[node], now, job.graph.nodes[node].cost_ns, false);
-        let end = now + head.2;
-        let mut soon = if looks { self.behind_running(pool, job.band, now) } else { Vec::new() };
-        soon.extend(self.next_jobs(pool, (job, head.2), looks, now));
-        soon.retain(|&(key, at, _, above)| {
-            now < at && at < end && key < i128::from(end) && (above || key < head.0)
+        let (cost, memory) = (job.graph.nodes[node].cost_ns, job.graph.nodes[node].memory_bytes);
+        let head = (job.keys[node], now, cost, false, memory);
+        let end = now + cost;
+        let mut soon = Vec::new();
+        for other in &self.jobs {
+            match self.in_flight_above(pool, other, (job, cost), now) {
+                Some(needs) => soon.extend(needs),
+                None if looks && other.band >= job.band => soon.extend(self.behind_running(pool, other, now)),
+                None => {}
+            }
+        }
+        soon.extend(self.next_jobs(pool, (job, cost), looks, now));
+        soon.retain(|&(key, at, _, above, _)| {
+            let is_soon = now < at || budget.is_some() && above;
+            is_soon && at < end && key < i128::from(end) && (above || key < head.0)
         });
         soon.sort_unstable();
 
-        let mut before = self.free_from(pool, now, Some(self.least_above(job, now)).filter(|_| !looks));
+        let mut before = self.free_from(pool, now);
         let mut behind = before.clone();
         take(&mut behind, head);
         let mut until = Vec::new();
         for node in soon {
-            let is_late = take(&mut behind, node) > node.0;
-            let in_time = take(&mut before, node) <= node.0;
+            let (key, at, _, above, memory) = node;
+            let is_crowded =
+                budget.is_some_and(|budget| self.held_at(pool, key, now) + head.4 + memory > budget);
+            if at <= now {
+                until.extend(is_crowded.then_some((u64::MAX - 1, above)));
+                continue;
+            }
+            let is_late = take(&mut behind, node) > key || is_crowded;
+            let in_time = take(&mut before, node) <= key;
             if is_late && in_time {
-                until.push((node.1, node.3));
+                until.push((at, above));
             }
         }
         let is_in_time = take(&mut before, head) <= head.0;
@@ -61,21 +89,56 @@ impl Sim<'_> {
         Some(Wait { until, for_rank })
     }
 
-    /// Nodes of the pool whose predecessors that are not done all run, of jobs of a band or above.
-    fn behind_running(&self, pool: usize, band: Place, now: u64) -> Vec<Soon> {
-        let mut found = Vec::new();
-        for job in self.jobs.iter().filter(|job| job.band >= band) {
-            for (node, sub) in job.graph.nodes.iter().enumerate() {
-                let before: Vec<usize> =
-                    sub.preds.iter().copied().filter(|&pred| job.state[pred] != State::Done).collect();
-                let all_run = before.iter().all(|&pred| matches!(job.state[pred], State::Running(_)));
-                if sub.pool != pool || job.state[node] != State::Waiting || before.is_empty() || !all_run {
-                    continue;
-                }
-                let ends =
-                    before.iter().filter_map(|&pred| self.end_at_cost((job.task, job.index, pred), now));
-                found.extend(ends.max().map(|at| (job.keys[node], at, sub.cost_ns, false)));
+    /// What a job in flight needs from now on, if it is above and may be late because of the head.
+    fn in_flight_above(
+        &self,
+        pool: usize,
+        job: &Job,
+        (head, cost_ns): (&Job, u64),
+        now: u64,
+    ) -> Option<Vec<Soon>> {
+        let is_limited = self.workload.pools[pool].memory_bytes.is_some();
+        let is_to_come = |node: usize| {
+            let is_ready = job.is_ready(node, false) && !self.waits_for_key(job, node);
+            let is_here = job.graph.nodes[node].pool == pool && job.state[node] == State::Waiting;
+            is_here && (is_limited || !is_ready)
+        };
+        let next = self.expected_release(job.task);
+        let may_be_late =
+            next.is_some_and(|(_, graph)| self.spare_at_least(job.task, &graph) < i128::from(cost_ns));
+        let is_above =
+            (self.least_above(job, now).0, self.workload.tasks[job.task].value) > self.least_above(head, now);
+        if !(0..job.state.len()).any(is_to_come) || !is_limited && !may_be_late || !is_above {
+            return None;
+        }
+        let stage = |node: usize| match job.state[node] {
+            State::Done => Stage::Done,
+            State::Running(start) => {
+                Stage::Running((start + job.graph.nodes[node].cost_ns).saturating_sub(now))
             }
+            _ => Stage::ToCome,
+        };
+        let stages: Vec<Stage> = (0..job.state.len()).map(stage).collect();
+        let due = u64::try_from(job.due - i128::from(now)).unwrap_or(0);
+        let deadline = self.workload.tasks[job.task].deadline_ns;
+        let (held, end, memory) = self.spread(&job.graph, (deadline, due), pool, &stages);
+        let spare = i128::from(due.saturating_sub(end));
+        let need = |(from, until)| (i128::from(now + from) + spare, now + from, until - from, true, memory);
+        Some(held.into_iter().map(need).collect())
+    }
+
+    /// Nodes of the pool, of a job, whose predecessors that are not done all run.
+    fn behind_running(&self, pool: usize, job: &Job, now: u64) -> Vec<Soon> {
+        let mut found = Vec::new();
+        for (node, sub) in job.graph.nodes.iter().enumerate() {
+            let before: Vec<usize> =
+                sub.preds.iter().copied().filter(|&pred| job.state[pred] != State::Done).collect();
+            let all_run = before.iter().all(|&pred| matches!(job.state[pred], State::Running(_)));
+            if sub.pool != pool || job.state[node] != State::Waiting || before.is_empty() || !all_run {
+                continue;
+            }
+            let ends = before.iter().filter_map(|&pred| self.end_at_cost((job.task, job.index, pred), now));
+            found.extend(ends.max().map(|at| (job.keys[node], at, sub.cost_ns, false, 0)));
         }
         found
     }
@@ -83,65 +146,103 @@ impl Sim<'_> {
     /// Nodes of the next job of each task that has released one: for a higher rank the lanes that it needs, else sources.
     fn next_jobs(&self, pool: usize, (head, cost_ns): (&Job, u64), looks: bool, now: u64) -> Vec<Soon> {
         let mut found = Vec::new();
+        let is_limited = self.workload.pools[pool].memory_bytes.is_some();
         let (least, own) = (self.least_above(head, now), self.workload.tasks[head.task].value);
         for (task, model) in self.workload.tasks.iter().enumerate() {
             let Some((at, graph)) = self.expected_release(task) else { continue };
             let next = (self.floor_needs_job(task, self.next_index(task), &[]), model.value);
             let may_be_late = self.spare_at_least(task, &graph) < i128::from(cost_ns);
-            let above = next > least && may_be_late && self.can_gain(task, &graph);
+            let above = next > least && (is_limited || may_be_late) && self.can_gain(task, &graph);
             if !above && (!looks || self.pressed[pool] && model.value < own) {
                 continue;
             }
             if above {
-                let lanes = self.workload.pools[pool].lanes as usize;
-                let (held, end) = self.spread(&graph, model.deadline_ns, pool, lanes);
-                let spare = i128::from(model.deadline_ns.saturating_sub(end)).min(self.slack(task, &graph));
-                let held = held.into_iter().filter(|&(_, until)| until > 0);
-                found.extend(
-                    held.map(|(from, until)| (i128::from(at + from) + spare, at + from, until - from, true)),
-                );
+                let due = model.deadline_ns;
+                let stages = vec![Stage::ToCome; graph.nodes.len()];
+                let (held, end, memory) = self.spread(&graph, (due, due), pool, &stages);
+                let spare = i128::from(due.saturating_sub(end)).min(self.slack(task, &graph));
+                found.extend(held.into_iter().map(|(from, until)| {
+                    (i128::from(at + from) + spare, at + from, until - from, true, memory)
+                }));
                 continue;
             }
             let keys = keys::at_release(self.policy, &graph, at, model.deadline_ns);
             for (node, &key) in graph.nodes.iter().zip(&keys) {
                 if node.pool == pool && node.preds.is_empty() {
-                    found.push((key, at, node.cost_ns, false));
+                    found.push((key, at, node.cost_ns, false, 0));
                 }
             }
         }
         found
     }
 
-    /// From when to when a job that is released at 0 holds each lane of a pool, and when it ends: on as few lanes as end it in time, or
-    /// on all. Of the nodes that are ready the first by key takes the first lane that is free, of several the one that was busy last; in
-    /// other pools a node starts when it is ready.
-    fn spread(&self, graph: &Graph, due: u64, pool: usize, lanes: usize) -> (Vec<(u64, u64)>, u64) {
-        let keys = keys::at_release(self.policy, graph, 0, due);
+    /// From when to when a job holds each lane of a pool, from now on, behind what it runs there; when it ends; and how many bytes it
+    /// has there at once: on as few lanes as end it in time, or on as many as there are and have memory. Of the nodes that are ready the
+    /// first by key takes the first lane that is free, of several the one that was busy last; in other pools a node starts when it is
+    /// ready.
+    fn spread(
+        &self,
+        graph: &Graph,
+        (deadline, due): (u64, u64),
+        pool: usize,
+        stages: &[Stage],
+    ) -> (Vec<(u64, u64)>, u64, u64) {
+        let keys = keys::at_release(self.policy, graph, 0, deadline);
+        let nodes = || graph.nodes.iter().zip(stages).filter(|(node, _)| node.pool == pool);
+        let new = || nodes().filter(|(_, stage)| **stage == Stage::ToCome).map(|(node, _)| node);
+        let most = new().map(|node| node.memory_bytes).max().unwrap_or(0);
+        let results: u64 =
+            new().filter(|node| node.role == Role::Encoder).map(|node| node.memory_bytes).sum();
+        let all: u64 = new().map(|node| node.memory_bytes).sum();
+        let holds = |lanes: usize| all.min(most * lanes as u64 + results);
+        let budget = self.workload.pools[pool].memory_bytes;
+        let lanes = self.workload.pools[pool].lanes as usize;
+        let lanes = match budget {
+            Some(budget) if holds(1) > 0 => lanes.min((budget / holds(1)).max(1) as usize),
+            _ => lanes,
+        };
+        let left = |node: usize| match stages[node] {
+            Stage::Done => 0,
+            Stage::Running(left) => left,
+            Stage::ToCome => graph.nodes[node].cost_ns,
+        };
         let on = |count: usize| {
-            let (mut ends, mut held) = (vec![None; graph.nodes.len()], vec![(0, 0); count]);
+            let mut ends: Vec<Option<u64>> =
+                stages.iter().map(|stage| (*stage == Stage::Done).then_some(0)).collect();
+            let mut held = vec![(0, 0); count];
+            let runs = |node: usize| matches!(stages[node], Stage::Running(_));
             let earliest = |node: usize, ends: &[Option<u64>], held: &[(u64, u64)]| {
                 let before: Option<Vec<u64>> =
                     graph.nodes[node].preds.iter().map(|&pred| ends[pred]).collect();
                 let ready = before?.into_iter().max().unwrap_or(0);
-                let free =
-                    held.iter().map(|&(_, until)| until).min().filter(|_| graph.nodes[node].pool == pool);
+                let free = held.iter().map(|&(_, until)| until).min();
+                let free = free.filter(|_| graph.nodes[node].pool == pool && !runs(node));
                 Some(ready.max(free.unwrap_or(0)))
             };
             loop {
                 let open = (0..graph.nodes.len()).filter(|&node| ends[node].is_none());
-                let starts = open.filter_map(|node| Some((earliest(node, &ends, &held)?, keys[node], node)));
-                let Some((start, _, node)) = starts.min() else { break };
-                let end = start + graph.nodes[node].cost_ns;
+                let starts = open
+                    .filter_map(|node| Some((earliest(node, &ends, &held)?, !runs(node), keys[node], node)));
+                let Some((start, is_new, _, node)) = starts.min() else { break };
+                let end = start + left(node);
                 ends[node] = Some(end);
-                if graph.nodes[node].pool == pool {
-                    let free = (0..count).filter(|&lane| held[lane].1 <= start);
-                    let lane = free.max_by_key(|&lane| held[lane].1).expect("one is free");
-                    held[lane] = (if held[lane].1 == 0 { start } else { held[lane].0 }, end);
+                let free = (0..count).filter(|&lane| held[lane].1 <= start);
+                let lane = free.max_by_key(|&lane| held[lane].1);
+                if let Some(lane) = lane.filter(|_| graph.nodes[node].pool == pool) {
+                    let from = if held[lane].1 == 0 { start } else { held[lane].0 };
+                    held[lane] = (if is_new { from } else { end }, end);
                 }
             }
             (held, ends.into_iter().flatten().max().unwrap_or(0))
         };
-        (1..lanes).map(on).find(|&(_, end)| end <= due).unwrap_or_else(|| on(lanes))
+        let running = nodes().filter(|(_, stage)| matches!(stage, Stage::Running(_))).count();
+        let work: u64 = (0..stages.len()).filter(|&node| graph.nodes[node].pool == pool).map(left).sum();
+        let least = running.max(work.div_ceil(due.max(1)) as usize).max(1);
+        let (mut held, end) =
+            (least..lanes).map(on).find(|&(_, end)| end <= due).unwrap_or_else(|| on(lanes));
+        held.retain(|&(from, until)| from < until);
+        let memory = budget.map_or(0, |budget| holds(held.len()).min(budget));
+        (held, end, memory)
     }
 
     /// What the next job of a task has to spare at least, on as few lanes of each pool as its work there fits on within its deadline, by
@@ -181,30 +282,26 @@ impl Sim<'_> {
     }
 
     /// What others have to be above to be waited for: whether their floor cannot spare them, their value.
-    fn least_above(&self, job: &Job, now: u64) -> (bool, u32) {
+    pub(super) fn least_above(&self, job: &Job, now: u64) -> (bool, u32) {
         let (_, needed, value, due) = self.rank(job, &[], now);
         (needed, if due > 0 { u32::MAX } else { value })
     }
 
-    /// From when on each lane of the pool is free, but those of units that nobody needs: with what follows behind a unit of a job
-    /// above, in its longest path, if all of its nodes are of this pool.
-    fn free_from(&self, pool: usize, now: u64, least: Option<(bool, u32)>) -> Vec<u64> {
-        let behind = |&(task, index, node): &SubId| {
-            let job = self.job(task, index)?;
-            let goes_on = job.graph.nodes.iter().all(|node| node.pool == pool)
-                && least.is_some_and(|least| self.least_above(job, now) > least);
-            let path = job.due - job.keys[node] - i128::from(job.graph.nodes[node].cost_ns);
-            goes_on.then_some(path as u64)
-        };
-        let end = |unit: &Unit| {
-            let behind = unit.members.iter().filter_map(behind).max().unwrap_or(0);
-            self.unit_end(unit, now).map(|end| end + behind)
-        };
+    /// From when on each lane of the pool is free, but those of units that nobody needs.
+    fn free_from(&self, pool: usize, now: u64) -> Vec<u64> {
         let of = |lane: u32| {
             let unit = self.running.iter().find(|unit| unit.pool == pool && unit.lane == lane);
-            unit.map_or(Some(now), end)
+            unit.map_or(Some(now), |unit| self.unit_end(unit, now))
         };
         (0..self.workload.pools[pool].lanes).filter_map(of).collect()
+    }
+
+    /// Bytes of a pool that are still held at an instant, if nothing more starts.
+    fn held_at(&self, pool: usize, at: i128, now: u64) -> u64 {
+        let is_there = |unit: &&Unit| {
+            unit.pool == pool && self.unit_end(unit, now).is_none_or(|end| i128::from(end) > at)
+        };
+        self.kept(pool) + self.running.iter().filter(is_there).map(|unit| unit.memory).sum::<u64>()
     }
 
     fn end_at_cost(&self, id: SubId, now: u64) -> Option<u64> {
@@ -223,7 +320,7 @@ impl Sim<'_> {
 }
 
 /// The lane that is free first, from the node's start on.
-fn take(free: &mut [u64], (_, at, cost, _): Soon) -> i128 {
+fn take(free: &mut [u64], (_, at, cost, ..): Soon) -> i128 {
     let Some(lane) = free.iter_mut().min() else { return i128::MAX };
     let start = at.max(*lane);
     *lane = start + cost;

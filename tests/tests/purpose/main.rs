@@ -2,6 +2,7 @@
 
 mod carried;
 mod clock;
+mod needs;
 mod sets;
 mod told;
 mod waits;
