@@ -5,6 +5,7 @@
 //! sorted on every pick, levels and paths are recomputed whenever they are asked for.
 #![doc = include_str!("oracle/READINGS.md")]
 
+mod alone;
 mod band;
 mod cache;
 mod dispatch;

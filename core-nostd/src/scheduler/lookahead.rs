@@ -48,12 +48,15 @@ impl<C: Capacity> Scheduler<C> {
         lane: usize,
     ) -> Option<UnitId> {
         let (slot, rank) = self.unheld(pool, slot, rank)?;
+        let is_limited = self.pools[pool].limited;
+        let (slot, rank) = if is_limited { self.fitting(pool, slot, rank)? } else { (slot, rank) };
         self.reopen();
         let version = self.version(slot);
-        if self.pools[pool].limited || version.encoders.contains(rank) || version.decoders.contains(rank) {
-            return self.start_special(slot, rank, lane);
-        }
+        let is_special = version.encoders.contains(rank) || version.decoders.contains(rank);
         let unit = self.start(slot, rank, version.order[rank], lane);
+        if is_limited || is_special {
+            self.hold_and_share(slot, rank, lane);
+        }
         // It need not be the job that the queue would have given.
         self.requeue(slot);
         Some(unit)

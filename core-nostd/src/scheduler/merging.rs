@@ -2,19 +2,14 @@
 
 use super::{Scheduler, event::EventKind};
 use crate::capacity::Capacity;
-use crate::id::UnitId;
 use crate::policy::frame_cache::{FrameKey, Output, OutputState};
 use crate::policy::merge::{Candidate, join, window_of};
 use crate::time::Duration;
 
 impl<C: Capacity> Scheduler<C> {
-    /// Starts an encoder, a decoder, or any node of a pool with a memory budget.
+    /// What else an encoder, a decoder, or any node of a pool with a memory budget starts with.
     #[inline(never)]
-    pub(super) fn start_special(&mut self, slot: usize, rank: usize, lane: usize) -> Option<UnitId> {
-        let pool = usize::from(self.lanes[lane].pool);
-        let limited = self.pools[pool].limited;
-        let (slot, rank) = if limited { self.fitting(pool, slot, rank)? } else { (slot, rank) };
-        let unit = self.start(slot, rank, self.version(slot).order[rank], lane);
+    pub(super) fn hold_and_share(&mut self, slot: usize, rank: usize, lane: usize) {
         self.hold(lane, self.node(slot, rank).memory.0);
         let version = self.version(slot);
         if version.encoders.contains(rank) {
@@ -23,8 +18,6 @@ impl<C: Capacity> Scheduler<C> {
             let output = version.encoder_of(rank).map_or(0, |e| self.jobs[slot].place[e]);
             self.lanes[lane].output = u16::from(output);
         }
-        self.requeue(slot);
-        Some(unit)
     }
 
     /// The unit on a lane needs so many bytes more.

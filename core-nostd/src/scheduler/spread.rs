@@ -1,12 +1,12 @@
 //! A job alone on its pools: how many lanes of one it needs, from when and until when, and how much memory.
 //!
-//! *Rule.* The first ready node by rank goes on a lane as soon as one is free, of several on the one that was busy last. Nodes of
-//! other pools start when they are ready. A job takes as few lanes as end it by its deadline; all, if no number does. One in flight
-//! goes on from where it is: a lane counts from the end of what the job runs there.
+//! *Rule.* The first ready node by rank goes on a lane as soon as one is free and there is memory, of several lanes on the one that was
+//! busy last. Nodes of other pools start when they are ready. Results of encoders are kept. A job takes as few lanes as end it by its
+//! deadline; all, if no number does. One in flight goes on from where it is: a lane counts from the end of what the job runs there.
 
 use super::{Scheduler, outlook::Case, tasks::Task, version::Version};
 use crate::capacity::{Capacity, Empty};
-use crate::graph::{Node, NodeSet};
+use crate::graph::NodeSet;
 
 crate::capacity::stored! {
     /// When a job needs a lane for the first time, and until when, in nanoseconds; equal: never.
@@ -14,25 +14,45 @@ crate::capacity::stored! {
     struct Held {
         from: u64,
         until: u64,
+        /// Bytes of the last node there, and whether that runs already.
+        memory: u64,
+        runs: bool,
     }
 }
 
 crate::capacity::stored! {
-    /// The lanes of the pool, from now or from the release on; when the job ends.
+    /// The lanes of the pool, from now or from the release on.
     #[derive(Clone, Copy, Debug)]
     struct Spread<C: Capacity> {
         held: C::Lanes<Held>,
+        /// When the job ends.
         end: u64,
+        /// Bytes of results, and the most that is held at once by what does not run yet.
+        kept: u64,
+        most: u64,
     }
 }
 
-/// Where a job is.
-#[derive(Debug)]
+impl<C: Capacity> Spread<C> {
+    /// Bytes that are held at an instant by what is there; at that of the last start, or later.
+    fn used(&self, at: u64, counts: impl Fn(&Held) -> bool) -> u64 {
+        let there = self.held.as_ref().iter().filter(|held| held.until > at && counts(held));
+        there.map(|held| held.memory).fold(self.kept, u64::saturating_add)
+    }
+}
+
+/// Where a job is, and what is left of it.
 struct Stage<'a, C: Capacity> {
     done: &'a NodeSet<C>,
     running: &'a NodeSet<C>,
     /// By rank: how many predecessors are not done.
     waiting_for: &'a C::Nodes<u8>,
+    /// Of a rank, in nanoseconds.
+    left: &'a dyn Fn(usize) -> u64,
+    /// Of a rank, in bytes; 0 where memory is not limited.
+    memory: &'a dyn Fn(usize) -> u64,
+    /// Bytes of the pool.
+    budget: u64,
 }
 
 /// What a job needs of a pool.
@@ -57,104 +77,89 @@ impl<C: Capacity> Scheduler<C> {
     /// What a job in flight needs from now on. Time bound: that of a spread.
     pub(super) fn need_of(&self, pool: usize, slot: usize) -> Need<C> {
         let (job, version) = (&self.jobs[slot], self.version(slot));
-        let stage = Stage { done: &job.done, running: &job.running, waiting_for: &job.waiting_for };
-        let left = |rank| self.left_of(job, slot, rank, Case::Worst);
-        let due = job.deadline.since(self.now).as_nanos();
-        self.need(pool, version, &self.tasks[job.task.index()], due, &stage, &left)
+        let p = &self.pools[pool];
+        let stage = Stage {
+            done: &job.done,
+            running: &job.running,
+            waiting_for: &job.waiting_for,
+            left: &|rank| self.left_of(job, slot, rank, Case::Worst),
+            memory: &|rank| if p.limited { self.node(slot, rank).memory.0 } else { 0 },
+            budget: p.budget,
+        };
+        version.need(pool, p.lanes, job.deadline.since(self.now).as_nanos(), &stage)
     }
 
     /// What the next job of a task needs from its release on, at WCET. Time bound: that of a spread.
     pub(super) fn need_of_next(&self, pool: usize, task: &Task<C>) -> Need<C> {
-        let version = task.newest();
-        let none = NodeSet::EMPTY;
-        let stage = Stage { done: &none, running: &none, waiting_for: &version.indegree };
-        let cost = |rank| task.nodes[usize::from(version.order[rank])].cost();
-        let need = self.need(pool, version, task, task.timing.deadline.as_nanos(), &stage, &cost);
+        let (p, version, none) = (&self.pools[pool], task.newest(), NodeSet::EMPTY);
+        let node = |rank| &task.nodes[usize::from(version.order[rank])];
+        let stage = Stage {
+            done: &none,
+            running: &none,
+            waiting_for: &version.indegree,
+            left: &|rank| node(rank).cost(),
+            memory: &|rank| if p.limited { node(rank).memory.0 } else { 0 },
+            budget: p.budget,
+        };
+        let need = version.need(pool, p.lanes, task.timing.deadline.as_nanos(), &stage);
         Need { spare: need.spare.min(version.slack), ..need }
-    }
-
-    fn need(
-        &self,
-        pool: usize,
-        version: &Version<C>,
-        task: &Task<C>,
-        due: u64,
-        stage: &Stage<'_, C>,
-        left: &dyn Fn(usize) -> u64,
-    ) -> Need<C> {
-        let (p, all) = (&self.pools[pool], self.pools[pool].lanes.count_ones() as usize);
-        let new = version.in_pool[pool].without(stage.done).without(stage.running);
-        let holds = |lanes| if p.limited { version.footprint(&new, lanes, &task.nodes) } else { 0 };
-        // Nor does it run on more lanes than there is memory for.
-        let lanes = p.budget.checked_div(holds(1)).map_or(all, |most| all.min(most.max(1) as usize));
-        let Spread { held, end } = version.spread(pool, lanes, due, stage, left);
-        let mut need = Need { lanes: held, spare: due.saturating_sub(end).cast_signed(), memory: 0 };
-        need.memory = holds(need.lanes().count()).min(p.budget);
-        need
     }
 }
 
 impl<C: Capacity> Version<C> {
-    /// The lanes of a pool that a job needs so as to end within `due`, if so much is left of each node. Time bound:
-    /// O(lanes * nodes * (nodes + lanes)).
-    fn spread(
-        &self,
-        pool: usize,
-        lanes: usize,
-        due: u64,
-        stage: &Stage<'_, C>,
-        left: &dyn Fn(usize) -> u64,
-    ) -> Spread<C> {
+    /// What a job needs of these lanes of a pool so as to end within `due`. Time bound: O(lanes * nodes^2), and for each
+    /// node that may have to wait for memory O(lanes^2).
+    fn need(&self, pool: usize, lanes: u32, due: u64, stage: &Stage<'_, C>) -> Need<C> {
         let here = self.in_pool[pool].without(stage.done);
-        let work = here.iter().map(left).fold(0, u64::saturating_add);
+        let work = here.iter().map(stage.left).fold(0, u64::saturating_add);
         let least = (work.div_ceil(due.max(1)) as usize).max(here.and(stage.running).len()).max(1);
-        let on = |count: usize| self.spread_on(&here, count, stage, left);
-        (least..lanes).map(on).find(|spread| spread.end <= due).unwrap_or_else(|| on(lanes))
+        let (all, on) = (lanes.count_ones() as usize, |count: usize| self.spread_on(&here, count, stage));
+        let spread = (least..all).map(on).find(|spread| spread.end <= due).unwrap_or_else(|| on(all));
+        let spare = due.saturating_sub(spread.end).cast_signed();
+        Need { lanes: spread.held, spare, memory: spread.most.min(stage.budget) }
     }
 
-    fn spread_on(
-        &self,
-        here: &NodeSet<C>,
-        count: usize,
-        stage: &Stage<'_, C>,
-        left: &dyn Fn(usize) -> u64,
-    ) -> Spread<C> {
+    fn spread_on(&self, here: &NodeSet<C>, count: usize, stage: &Stage<'_, C>) -> Spread<C> {
         let (mut new, mut ready, mut waiting_for) =
             (Spread::<C>::EMPTY, <C::Nodes<u64>>::EMPTY, *stage.waiting_for);
         let mut open = NodeSet::<C>::EMPTY;
+        let mut clock = 0;
         let is_open = |rank: &usize| stage.waiting_for[*rank] == 0 && !stage.done.contains(*rank);
         (0..usize::from(self.len)).filter(is_open).for_each(|rank| open.insert(rank));
         // Each round starts a node.
         loop {
-            let free = new.held.as_ref().iter().take(count).map(|lane| lane.until).min().unwrap_or_default();
+            let ends = || new.held.as_ref().iter().take(count).map(|lane| lane.until);
+            let (free, last) = (ends().min().unwrap_or_default(), ends().max().unwrap_or_default());
             let start = |rank| {
                 let is_new = !stage.running.contains(rank);
-                let lane = if here.contains(rank) && is_new { free } else { 0 };
-                (ready[rank].max(lane), is_new, rank)
+                if !is_new || !here.contains(rank) {
+                    return (ready[rank], is_new, rank);
+                }
+                let (first, memory) = (ready[rank].max(free).max(clock), (stage.memory)(rank));
+                let fits = |at: &u64| new.used(*at, |_| true).saturating_add(memory) <= stage.budget;
+                let later = || ends().filter(|end| *end > first && fits(end)).min();
+                let at = if fits(&first) { first } else { later().unwrap_or(last.max(first)) };
+                (at, is_new, rank)
             };
             let Some((start, is_new, rank)) = open.iter().map(start).min() else { return new };
-            let end = start.saturating_add(left(rank));
+            let (end, mut memory) = (start.saturating_add((stage.left)(rank)), (stage.memory)(rank));
+            if self.encoders.contains(rank) && here.contains(rank) && is_new {
+                (new.kept, memory) = (new.kept.saturating_add(memory), 0);
+            }
             let lanes = new.held.as_mut().iter_mut().take(count);
             let lane = lanes.filter(|lane| lane.until <= start).max_by_key(|lane| lane.until);
             if let Some(lane) = lane.filter(|_| here.contains(rank)) {
                 let from = if lane.until == 0 { start } else { lane.from };
-                *lane = Held { from: if is_new { from } else { end }, until: end };
+                *lane = Held { from: if is_new { from } else { end }, until: end, memory, runs: !is_new };
             }
-            new.end = new.end.max(end);
+            new.most = new.most.max(new.used(start, |held| !held.runs));
+            (new.end, clock) = (new.end.max(end), start);
             open.remove(rank);
             self.successors[rank].each(|next| {
                 ready[next] = ready[next].max(end);
                 waiting_for[next] = waiting_for[next].saturating_sub(1);
-                open.insert_if(next, waiting_for[next] == 0);
+                open.insert_if(next, waiting_for[next] == 0 && !stage.done.contains(next));
             });
         }
-    }
-
-    /// The most that some of its nodes hold of a pool at once on so many lanes, beside the results of encoders.
-    fn footprint(&self, of: &NodeSet<C>, lanes: usize, nodes: &C::Nodes<Node>) -> u64 {
-        let bytes = |rank: usize| nodes[usize::from(self.order[rank])].memory.0;
-        let sum = |set: &NodeSet<C>| set.iter().map(bytes).fold(0, u64::saturating_add);
-        let most = of.iter().map(bytes).fold(0, u64::max).saturating_mul(lanes as u64);
-        sum(of).min(most.saturating_add(sum(&of.and(&self.encoders))))
     }
 }

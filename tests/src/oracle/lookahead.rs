@@ -1,8 +1,9 @@
 //! Lanes that are left idle for a node that is soon ready (rule 14).
 
+use super::alone::{Alone, Stage};
 use super::job::{Job, State, SubId};
 use super::{PROBE_EVERY, Policy, RECENT_JOBS, Sim, Unit, keys};
-use crate::graph::{Graph, Role};
+use crate::graph::Graph;
 
 /// A node that takes a lane: key, when it is ready, cost, whether its job is above the head's, bytes that this needs.
 type Soon = (i128, u64, u64, bool, u64);
@@ -12,15 +13,6 @@ struct Wait {
     until: u64,
     /// Whether it is for a higher rank.
     for_rank: bool,
-}
-
-/// Where a node of a job is.
-#[derive(Clone, Copy, PartialEq)]
-enum Stage {
-    Done,
-    /// What it has still to run.
-    Running(u64),
-    ToCome,
 }
 
 impl Sim<'_> {
@@ -176,10 +168,10 @@ impl Sim<'_> {
         found
     }
 
-    /// From when to when a job holds each lane of a pool, from now on, behind what it runs there; when it ends; and how many bytes it
-    /// has there at once: on as few lanes as end it in time, or on as many as there are and have memory. Of the nodes that are ready the
-    /// first by key takes the first lane that is free, of several the one that was busy last; in other pools a node starts when it is
-    /// ready.
+    /// From when to when a job holds each lane of a pool, from now on, behind what it runs there; when it ends; and the most bytes that
+    /// it has there at once, but for what runs: on as few lanes as end it in time, or on all. Of the nodes that are ready the first by key
+    /// takes the first lane that is free once there is memory, of several the one that was busy last; results of encoders are kept; in
+    /// other pools a node starts when it is ready.
     fn spread(
         &self,
         graph: &Graph,
@@ -187,62 +179,18 @@ impl Sim<'_> {
         pool: usize,
         stages: &[Stage],
     ) -> (Vec<(u64, u64)>, u64, u64) {
-        let keys = keys::at_release(self.policy, graph, 0, deadline);
-        let nodes = || graph.nodes.iter().zip(stages).filter(|(node, _)| node.pool == pool);
-        let new = || nodes().filter(|(_, stage)| **stage == Stage::ToCome).map(|(node, _)| node);
-        let most = new().map(|node| node.memory_bytes).max().unwrap_or(0);
-        let results: u64 =
-            new().filter(|node| node.role == Role::Encoder).map(|node| node.memory_bytes).sum();
-        let all: u64 = new().map(|node| node.memory_bytes).sum();
-        let holds = |lanes: usize| all.min(most * lanes as u64 + results);
-        let budget = self.workload.pools[pool].memory_bytes;
+        let here = |node: usize| graph.nodes[node].pool == pool;
+        let running =
+            (0..stages.len()).filter(|&node| here(node) && matches!(stages[node], Stage::Running(_)));
+        let left = |node: usize| stages[node].left(graph.nodes[node].cost_ns);
+        let work: u64 = (0..stages.len()).filter(|&node| here(node)).map(left).sum();
+        let least = (running.count() as u64).max(work.div_ceil(due.max(1))).max(1) as usize;
         let lanes = self.workload.pools[pool].lanes as usize;
-        let lanes = match budget {
-            Some(budget) if holds(1) > 0 => lanes.min((budget / holds(1)).max(1) as usize),
-            _ => lanes,
-        };
-        let left = |node: usize| match stages[node] {
-            Stage::Done => 0,
-            Stage::Running(left) => left,
-            Stage::ToCome => graph.nodes[node].cost_ns,
-        };
-        let on = |count: usize| {
-            let mut ends: Vec<Option<u64>> =
-                stages.iter().map(|stage| (*stage == Stage::Done).then_some(0)).collect();
-            let mut held = vec![(0, 0); count];
-            let runs = |node: usize| matches!(stages[node], Stage::Running(_));
-            let earliest = |node: usize, ends: &[Option<u64>], held: &[(u64, u64)]| {
-                let before: Option<Vec<u64>> =
-                    graph.nodes[node].preds.iter().map(|&pred| ends[pred]).collect();
-                let ready = before?.into_iter().max().unwrap_or(0);
-                let free = held.iter().map(|&(_, until)| until).min();
-                let free = free.filter(|_| graph.nodes[node].pool == pool && !runs(node));
-                Some(ready.max(free.unwrap_or(0)))
-            };
-            loop {
-                let open = (0..graph.nodes.len()).filter(|&node| ends[node].is_none());
-                let starts = open
-                    .filter_map(|node| Some((earliest(node, &ends, &held)?, !runs(node), keys[node], node)));
-                let Some((start, is_new, _, node)) = starts.min() else { break };
-                let end = start + left(node);
-                ends[node] = Some(end);
-                let free = (0..count).filter(|&lane| held[lane].1 <= start);
-                let lane = free.max_by_key(|&lane| held[lane].1);
-                if let Some(lane) = lane.filter(|_| graph.nodes[node].pool == pool) {
-                    let from = if held[lane].1 == 0 { start } else { held[lane].0 };
-                    held[lane] = (if is_new { from } else { end }, end);
-                }
-            }
-            (held, ends.into_iter().flatten().max().unwrap_or(0))
-        };
-        let running = nodes().filter(|(_, stage)| matches!(stage, Stage::Running(_))).count();
-        let work: u64 = (0..stages.len()).filter(|&node| graph.nodes[node].pool == pool).map(left).sum();
-        let least = running.max(work.div_ceil(due.max(1)) as usize).max(1);
-        let (mut held, end) =
-            (least..lanes).map(on).find(|&(_, end)| end <= due).unwrap_or_else(|| on(lanes));
-        held.retain(|&(from, until)| from < until);
-        let memory = budget.map_or(0, |budget| holds(held.len()).min(budget));
-        (held, end, memory)
+        let budget = self.workload.pools[pool].memory_bytes;
+        let on = |count: usize| Alone::new(self.policy, graph, deadline, pool, stages, count, budget);
+        let alone = (least..lanes).map(on).find(|alone| alone.end() <= due).unwrap_or_else(|| on(lanes));
+        let held = alone.held.iter().copied().filter(|&(from, until)| from < until).collect();
+        (held, alone.end(), budget.map_or(0, |budget| alone.most.min(budget)))
     }
 
     /// What the next job of a task has to spare at least, on as few lanes of each pool as its work there fits on within its deadline, by
