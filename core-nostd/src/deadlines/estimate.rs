@@ -51,6 +51,13 @@ impl Window {
         self.samples.copy_within(1.., 0);
         self.samples[WINDOW - 1] = scaled as u32 + 1;
     }
+
+    /// Forgets all but the newest sample. Time bound: O(1).
+    pub(crate) fn keep_newest(&mut self) {
+        let newest = self.samples[WINDOW - 1];
+        *self = Self::EMPTY;
+        self.samples[WINDOW - 1] = newest;
+    }
 }
 
 impl Estimator {

@@ -5,7 +5,7 @@
 //! contains it has at most k - m lost jobs, itself included.
 
 /// Longest window that is remembered, in jobs.
-const MEMORY: u32 = 128;
+pub(crate) const MEMORY: u32 = 128;
 
 /// How many of a task's last jobs tell how it fared.
 pub(crate) const RECENT: u32 = 16;

@@ -3,8 +3,10 @@
 use super::action::{Outcome, ShedReason};
 use super::{Scheduler, bits, event::EventKind, pools::Rank, version::Version, warning::Late};
 use crate::capacity::{Capacity, Empty};
+use crate::deadlines::Window;
 use crate::graph::{Node, NodeSet};
 use crate::id::{JobId, TaskId};
+use crate::policy::floor::RECENT;
 use crate::policy::frame_cache::CaptureSource;
 use crate::time::Instant;
 use core::hint::cold_path;
@@ -177,7 +179,14 @@ impl<C: Capacity> Scheduler<C> {
         (job.ready, job.parked) = (NodeSet::EMPTY, NodeSet::EMPTY);
         let (task, index) = (job.task.index(), job.index);
         let is_lost = shed.is_some() || self.now > job.deadline;
-        self.tasks[task].timing.floor.ended(index, is_lost);
+        let floor = &mut self.tasks[task].timing.floor;
+        let is_back = !is_lost && floor.lost_in_row() > RECENT;
+        floor.ended(index, is_lost);
+        if is_back {
+            cold_path();
+            // It lost them by what was seen before.
+            self.tasks[task].samples.as_mut().iter_mut().for_each(Window::keep_newest);
+        }
         self.tasks[task].versions[usize::from(job.version)].users -= 1;
         for pool in self.pool_numbers() {
             self.pools[pool].queue.remove(slot);

@@ -9,7 +9,7 @@
 
 use super::{Scheduler, jobs::Job, outlook::Case, tasks::Task};
 use crate::capacity::Capacity;
-use crate::policy::floor::{Floor, RECENT};
+use crate::policy::floor::{Floor, MEMORY, RECENT};
 use crate::time::Instant;
 use core::cmp::Reverse;
 
@@ -60,19 +60,26 @@ impl<C: Capacity> Scheduler<C> {
         }
     }
 
-    /// What the next job of a task has to be above for this one to wait for it: any hope, owed, value. A probe that is due gets its lane;
+    /// What the next job of a task has to be above for this one to wait for it: any hope, owed, value. A probe that is due gets its lane,
+    /// but not before whom a floor cannot spare;
     /// a job that will be late, of a task that lost all of late as its nodes take too long, waits for everybody.
     pub(super) fn beside_next(&self, slot: usize) -> (bool, bool, u32) {
         let (job, floor) = (&self.jobs[slot], self.floor_of(&self.jobs[slot]));
         let Rank { has_chance, is_owed, value, due } = self.rank(job, slot, floor);
         let is_hopeless = floor.recently_lost() == RECENT && self.tasks[job.task.index()].is_slow();
-        (has_chance || !is_hopeless, is_owed, if due > 0 { u32::MAX } else { value })
+        (has_chance || !is_hopeless, is_owed, if due > 0 && !is_owed { u32::MAX } else { value })
     }
 
     /// Whether what was seen of a job proves nothing: a probe of a slow task that lost more than its last 16.
     pub(super) fn is_doubted(&self, job: &Job<C>) -> bool {
         let task = &self.tasks[job.task.index()];
         job.index.is_multiple_of(PROBE) && task.timing.floor.lost_in_row() > RECENT && task.is_slow()
+    }
+
+    /// Whether a job may take what it is declared to take, whatever was seen: now and then, of a task that lost all that is remembered, or
+    /// one slow run would keep it waiting for ever for who is owed every job.
+    pub(super) fn is_forgiven(&self, job: &Job<C>) -> bool {
+        job.index.is_multiple_of(8 * PROBE) && self.floor_of(job).lost_in_row() == MEMORY
     }
 
     /// Whether a job could end in time if the lanes were its own, at best case or by estimates. Time bound: O(nodes + edges),

@@ -232,7 +232,7 @@ impl Sim<'_> {
     /// What others have to be above to be waited for: whether their floor cannot spare them, their value.
     pub(super) fn least_above(&self, job: &Job, now: u64) -> (bool, u32) {
         let (_, needed, value, due) = self.rank(job, &[], now);
-        (needed, if due > 0 { u32::MAX } else { value })
+        (needed, if due > 0 && !needed { u32::MAX } else { value })
     }
 
     /// From when on each lane of the pool is free, but those of units that nobody needs.
