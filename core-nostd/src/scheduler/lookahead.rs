@@ -159,9 +159,7 @@ impl<C: Capacity> Scheduler<C> {
                 coming.meet(Soon { key, at: due, cost, outranks: false, memory: 0 });
             }
         }
-        if coming.iter().next().is_none() {
-            return None;
-        }
+        coming.iter().next()?;
         let mut free = <C::Lanes<u64>>::EMPTY;
         for lane in 0..C::LANES {
             let l = &self.lanes[lane];
