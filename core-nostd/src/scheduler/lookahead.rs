@@ -21,7 +21,6 @@ use crate::capacity::{Capacity, Empty};
 use crate::config::{Gate, Shed};
 use crate::id::UnitId;
 use crate::time::Instant;
-use core::cell::LazyCell;
 
 /// The part of a period for which a release may be late and is waited for.
 const PATIENCE: u64 = 8;
@@ -106,9 +105,9 @@ impl<C: Capacity> Scheduler<C> {
         let (mut coming, end) = (Coming::<C>::new(head, p.limited), now.saturating_add(cost));
         let job = &self.jobs[slot];
         let (band, timing) = (job.band, &self.tasks[job.task.index()].timing);
-        let own = LazyCell::new(|| self.beside_next(slot));
+        let own = || self.beside_next(slot);
         // Most heads meet nobody: the lanes are looked at for the others.
-        let ends = LazyCell::new(|| self.lanes_end());
+        let ends = looks.then(|| self.lanes_end());
         let longest = self.node(slot, rank).cost().max(head.cost);
         let is_blocked = |task: &Task<C>| blocks && (p.limited || task.is_blocked_by(longest));
         for other in self.slots() {
@@ -118,11 +117,11 @@ impl<C: Capacity> Scheduler<C> {
             let task = &self.tasks[job.task.index()];
             let is_above = || {
                 let (has_hope, is_owed, _) = self.beside_next(other);
-                (has_hope, is_owed, task.timing.value) > *own
+                (has_hope, is_owed, task.timing.value) > own()
             };
             if !to_come.is_empty() && is_blocked(task) && is_above() {
                 coming.meet_need(now, 0, &self.need_of(pool, other));
-            } else if looks && job.band >= band {
+            } else if let Some(ends) = ends.as_ref().filter(|_| job.band >= band) {
                 for rank in undone.iter() {
                     let runs = job.running.iter().filter(|r| version.successors[*r].contains(rank));
                     let before = runs.map(|r| ends[usize::from(job.place[r])]);
@@ -138,7 +137,7 @@ impl<C: Capacity> Scheduler<C> {
             let Some(period) = task.timing.period() else { continue };
             let (version, value) = (task.newest(), task.timing.value);
             let next = || (true, !task.timing.floor.spares(task.next_job), value);
-            let is_above = is_blocked(task) && next() > *own && self.can_gain(task);
+            let is_above = is_blocked(task) && next() > own() && self.can_gain(task);
             if !is_above && (!looks || is_pressed && value < timing.value) {
                 continue;
             }
@@ -160,6 +159,7 @@ impl<C: Capacity> Scheduler<C> {
             }
         }
         coming.iter().next()?;
+        let ends = ends.unwrap_or_else(|| self.lanes_end());
         let mut free = <C::Lanes<u64>>::EMPTY;
         for lane in 0..C::LANES {
             let l = &self.lanes[lane];

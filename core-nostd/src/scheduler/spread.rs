@@ -47,10 +47,10 @@ struct Stage<'a, C: Capacity> {
     running: &'a NodeSet<C>,
     /// By rank: how many predecessors are not done.
     waiting_for: &'a C::Nodes<u8>,
-    /// Of a rank, in nanoseconds.
-    left: &'a dyn Fn(usize) -> u64,
-    /// Of a rank, in bytes; 0 where memory is not limited.
-    memory: &'a dyn Fn(usize) -> u64,
+    /// By rank, in nanoseconds.
+    left: C::Nodes<u64>,
+    /// By rank, in bytes; 0 where memory is not limited.
+    memory: C::Nodes<u64>,
     /// Bytes of the pool.
     budget: u64,
 }
@@ -76,31 +76,28 @@ impl<C: Capacity> Need<C> {
 impl<C: Capacity> Scheduler<C> {
     /// What a job in flight needs from now on. Time bound: that of a spread.
     pub(super) fn need_of(&self, pool: usize, slot: usize) -> Need<C> {
-        let (job, version) = (&self.jobs[slot], self.version(slot));
-        let p = &self.pools[pool];
-        let stage = Stage {
-            done: &job.done,
-            running: &job.running,
-            waiting_for: &job.waiting_for,
-            left: &|rank| self.left_of(job, slot, rank, Case::Worst),
-            memory: &|rank| if p.limited { self.node(slot, rank).memory.0 } else { 0 },
-            budget: p.budget,
-        };
+        let (job, version, p) = (&self.jobs[slot], self.version(slot), &self.pools[pool]);
+        let (mut left, mut memory) = (<C::Nodes<u64>>::EMPTY, <C::Nodes<u64>>::EMPTY);
+        for rank in job.undone(version).iter() {
+            left[rank] = self.left_of(job, slot, rank, Case::Worst);
+            memory[rank] = if p.limited { self.node(slot, rank).memory.0 } else { 0 };
+        }
+        let (done, running, waiting_for) = (&job.done, &job.running, &job.waiting_for);
+        let stage = Stage { done, running, waiting_for, left, memory, budget: p.budget };
         version.need(pool, p.lanes, job.deadline.since(self.now).as_nanos(), &stage)
     }
 
     /// What the next job of a task needs from its release on, at WCET. Time bound: that of a spread.
     pub(super) fn need_of_next(&self, pool: usize, task: &Task<C>) -> Need<C> {
         let (p, version, none) = (&self.pools[pool], task.newest(), NodeSet::EMPTY);
-        let node = |rank| &task.nodes[usize::from(version.order[rank])];
-        let stage = Stage {
-            done: &none,
-            running: &none,
-            waiting_for: &version.indegree,
-            left: &|rank| node(rank).cost(),
-            memory: &|rank| if p.limited { node(rank).memory.0 } else { 0 },
-            budget: p.budget,
-        };
+        let (mut left, mut memory) = (<C::Nodes<u64>>::EMPTY, <C::Nodes<u64>>::EMPTY);
+        for rank in 0..usize::from(version.len) {
+            let node = &task.nodes[usize::from(version.order[rank])];
+            left[rank] = node.cost();
+            memory[rank] = if p.limited { node.memory.0 } else { 0 };
+        }
+        let (done, running, waiting_for) = (&none, &none, &version.indegree);
+        let stage = Stage { done, running, waiting_for, left, memory, budget: p.budget };
         let need = version.need(pool, p.lanes, task.timing.deadline.as_nanos(), &stage);
         Need { spare: need.spare.min(version.slack), ..need }
     }
@@ -111,7 +108,7 @@ impl<C: Capacity> Version<C> {
     /// node that may have to wait for memory O(lanes^2).
     fn need(&self, pool: usize, lanes: u32, due: u64, stage: &Stage<'_, C>) -> Need<C> {
         let here = self.in_pool[pool].without(stage.done);
-        let work = here.iter().map(stage.left).fold(0, u64::saturating_add);
+        let work = here.iter().map(|rank| stage.left[rank]).fold(0, u64::saturating_add);
         let least = (work.div_ceil(due.max(1)) as usize).max(here.and(stage.running).len()).max(1);
         let (all, on) = (lanes.count_ones() as usize, |count: usize| self.spread_on(&here, count, stage));
         let spread = (least..all).map(on).find(|spread| spread.end <= due).unwrap_or_else(|| on(all));
@@ -135,14 +132,14 @@ impl<C: Capacity> Version<C> {
                 if !is_new || !here.contains(rank) {
                     return (ready[rank], is_new, rank);
                 }
-                let (first, memory) = (ready[rank].max(free).max(clock), (stage.memory)(rank));
+                let (first, memory) = (ready[rank].max(free).max(clock), stage.memory[rank]);
                 let fits = |at: &u64| new.used(*at, |_| true).saturating_add(memory) <= stage.budget;
                 let later = || ends().filter(|end| *end > first && fits(end)).min();
                 let at = if fits(&first) { first } else { later().unwrap_or(last.max(first)) };
                 (at, is_new, rank)
             };
             let Some((start, is_new, rank)) = open.iter().map(start).min() else { return new };
-            let (end, mut memory) = (start.saturating_add((stage.left)(rank)), (stage.memory)(rank));
+            let (end, mut memory) = (start.saturating_add(stage.left[rank]), stage.memory[rank]);
             if self.encoders.contains(rank) && here.contains(rank) && is_new {
                 (new.kept, memory) = (new.kept.saturating_add(memory), 0);
             }
