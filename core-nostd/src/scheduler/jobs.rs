@@ -179,12 +179,13 @@ impl<C: Capacity> Scheduler<C> {
         (job.ready, job.parked) = (NodeSet::EMPTY, NodeSet::EMPTY);
         let (task, index) = (job.task.index(), job.index);
         let is_lost = shed.is_some() || self.now > job.deadline;
+        let overran = self.tasks[task].overran;
         let floor = &mut self.tasks[task].timing.floor;
-        let is_back = !is_lost && floor.lost_in_row() > RECENT;
+        let is_back = !is_lost && overran && floor.lost_in_row() > RECENT;
         floor.ended(index, is_lost);
         if is_back {
             cold_path();
-            // It lost them by what was seen before.
+            // It lost them by how long it once took.
             self.tasks[task].samples.as_mut().iter_mut().for_each(Window::keep_newest);
         }
         self.tasks[task].versions[usize::from(job.version)].users -= 1;

@@ -136,16 +136,13 @@ impl<C: Capacity> Scheduler<C> {
         mean.saturating_add(node.contention.as_nanos())
     }
 
-    /// The longest of the last executions of a rank, plus contention; WCET plus contention before a sample, and where what was seen is forgiven.
+    /// The longest of the last executions of a rank, plus contention; WCET plus contention before a sample, and no more where that is forgiven.
     pub(super) fn at_most(&self, slot: usize, rank: usize) -> u64 {
         let job = &self.jobs[slot];
         let (node, window) = self.history(job, rank);
-        window
-            .maximum()
-            .filter(|_| !self.is_forgiven(job))
-            .unwrap_or(node.wcet.get())
-            .as_nanos()
-            .saturating_add(node.contention.as_nanos())
+        let (wcet, seen) = (node.wcet.get(), window.maximum());
+        let most = seen.map_or(wcet, |seen| if self.is_forgiven(job) { seen.min(wcet) } else { seen });
+        most.as_nanos().saturating_add(node.contention.as_nanos())
     }
 
     /// How long a rank has run. `None`: not at all.
