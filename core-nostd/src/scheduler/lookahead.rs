@@ -66,6 +66,8 @@ impl<C: Capacity> Scheduler<C> {
         if let Some(wait) = self.wait_of(pool, slot, rank) {
             self.monitor.wake = self.monitor.wake.min(Instant::from_nanos(wait.until));
             self.alarm = self.alarm.min(self.monitor.wake);
+            // Whatever ends next on a lane has all pools looked at again.
+            self.lanes.as_mut().iter_mut().for_each(|lane| lane.leads = true);
             return self.instead(pool, wait);
         }
         Some((slot, rank))

@@ -29,7 +29,7 @@ crate::capacity::stored! {
         /// Result that the unit writes (encoder) or reads (decoder), plus one.
         pub(super) output: u16,
         pub(super) is_encoder: bool,
-        /// Whether its end may start a unit that was dispatched ahead.
+        /// Whether its end may start a unit that was dispatched ahead, or one that waits in some pool.
         pub(super) leads: bool,
     }
 }

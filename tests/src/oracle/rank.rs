@@ -76,7 +76,7 @@ impl Sim<'_> {
     }
 
     /// How many jobs of a task were lost in a row, of those that are remembered, up to the newest that ended.
-    fn lost_in_row(&self, task: usize, lost: &[usize]) -> u64 {
+    pub(super) fn lost_in_row(&self, task: usize, lost: &[usize]) -> u64 {
         let Some(newest) = self.newest_ended(task, lost) else { return 0 };
         let remembered = (newest + 1).saturating_sub(FLOOR_MEMORY)..=newest;
         remembered.rev().take_while(|&index| self.is_lost(task, index, lost)).count() as u64

@@ -12,7 +12,7 @@ use crate::graph::{Graph, edited};
 /// The graph versions of a task and its next release.
 pub(super) struct TaskState {
     nodes: Vec<Node>,
-    graph: Rc<Graph>,
+    pub(super) graph: Rc<Graph>,
     /// Counts the edits applied so far.
     version: usize,
     /// Edits that wait until the older version has no job left.

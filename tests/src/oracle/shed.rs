@@ -8,7 +8,8 @@ use super::forward::Fate;
 use super::job::Job;
 use super::rank::Standing;
 use super::{
-    LEAVE_AT_MOST, OVERLOAD_TICKS, PROBE_EVERY, Policy, QUEUE_MAX, Reason, Sim, TICK_NS, UTILISATION_PPM,
+    LEAVE_AT_MOST, OVERLOAD_TICKS, PROBE_EVERY, Policy, QUEUE_MAX, RECENT_JOBS, Reason, Sim, TICK_NS,
+    UTILISATION_PPM,
 };
 
 /// Positions of the jobs in flight during a look.
@@ -144,7 +145,7 @@ impl Sim<'_> {
         let helps = |_: &usize| !self.forward(&others, now).iter().any(late);
         let least = below.iter().copied().min_by_key(|&job| standing(job)).filter(helps);
         let one = least.map(|least| self.least_or_late(least, &below, fates, look, now));
-        let harms = || self.harms(x, fates, &look.kept, now) || self.harms_next(x, fates, now);
+        let harms = || self.harms(x, fates, look, now) || self.harms_next(x, fates, now);
         one.or_else(|| harms().then_some(x.job))
     }
 
@@ -165,12 +166,20 @@ impl Sim<'_> {
         fate.end > self.jobs[fate.job].due
     }
 
-    /// Whether another job that could be in time is late where `x` takes lanes.
-    fn harms(&self, x: &Fate, fates: &[Fate], kept: &[usize], now: u64) -> bool {
+    /// Whether another job that could be in time is late where `x` takes lanes; one above `x`, if that is in doubt.
+    fn harms(&self, x: &Fate, fates: &[Fate], look: &Look, now: u64) -> bool {
         let in_time = |y: &Fate| self.bound(&self.jobs[y.job], now) <= self.jobs[y.job].due;
-        fates
-            .iter()
-            .any(|y| y.job != x.job && !kept.contains(&y.job) && self.is_late(y) && in_time(y) && y.meets(x))
+        let standing = |job: usize| self.standing(&self.jobs[job], &look.lost, now);
+        let counts = |y: &Fate| !self.is_in_doubt(&self.jobs[x.job]) || standing(y.job) > standing(x.job);
+        let others = fates.iter().filter(|y| y.job != x.job && !look.kept.contains(&y.job) && counts(y));
+        others.into_iter().any(|y| self.is_late(y) && in_time(y) && y.meets(x))
+    }
+
+    /// Whether a job is a probe of a task that lost more than its last 16 jobs and is late at its costs on lanes of its own.
+    fn is_in_doubt(&self, job: &Job) -> bool {
+        let graph = &self.tasks[job.task].graph;
+        let is_probe = job.index.is_multiple_of(PROBE_EVERY);
+        is_probe && self.lost_in_row(job.task, &[]) > RECENT_JOBS && self.slack(job.task, graph) < 0
     }
 
     /// Whether `x`, which has not started and is no probe, ends too late for the next job of its task, and all others beside it do
