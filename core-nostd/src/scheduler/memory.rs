@@ -7,9 +7,8 @@
 //! *Why it goes on.* A node fits beside its own encoder's result, which admission checked. Encoders alone would throw
 //! each other's results away for ever, because keys put them before decoders; a decoder's end is for good.
 
-use super::{Scheduler, bits, event::EventKind};
+use super::{Scheduler, event::EventKind};
 use crate::capacity::Capacity;
-use crate::config::Shed;
 use crate::policy::frame_cache::OutputState;
 
 impl<C: Capacity> Scheduler<C> {
@@ -41,16 +40,7 @@ impl<C: Capacity> Scheduler<C> {
         if u32::from(self.jobs[slot].place[rank]) >= self.pools[pool].lanes.count_ones() {
             return None;
         }
-        // It must not be in the way of whom it overtakes, if that is of a higher rank.
-        let budget = self.pools[pool].budget.saturating_sub(self.node(slot, rank).memory.0);
-        let is_beside = |other, next| {
-            let above =
-                self.config.shed == Shed::Hopeless && self.beside_next(slot) > self.beside_next(other);
-            !above || self.kept(pool).saturating_add(self.node(other, next).memory.0) <= budget
-        };
-        self.most_pressing(pool, |slot, rank| {
-            self.fits(pool, slot, rank) && is_beside(slot, rank) && self.may_start(pool, slot, rank)
-        })
+        self.most_pressing(pool, |slot, rank| self.fits(pool, slot, rank) && self.may_start(pool, slot, rank))
     }
 
     pub(super) fn most_pressing(
@@ -73,12 +63,6 @@ impl<C: Capacity> Scheduler<C> {
     pub(super) fn fits(&self, pool: usize, slot: usize, rank: usize) -> bool {
         let p = &self.pools[pool];
         p.used.saturating_add(self.node(slot, rank).memory.0) <= p.budget
-    }
-
-    /// Bytes of a pool that kept results hold.
-    fn kept(&self, pool: usize) -> u64 {
-        let p = &self.pools[pool];
-        p.used - bits(p.lanes.into()).map(|lane| self.lanes[lane].memory).sum::<u64>()
     }
 
     /// Nothing runs and the head does not fit. It may be another one afterwards: evicted encoders are ready.

@@ -112,22 +112,16 @@ impl Sim<'_> {
         self.policy.caches() && job.graph.nodes[node].role == Role::Encoder && running()
     }
 
-    /// What is to start if it fits; else what may overtake it. Of a lower rank that is only what need not wait, and fits beside it.
+    /// What is to start if it fits; else what may overtake it, which need not wait.
     fn pick(&self, pool: usize, head: SubId, now: u64) -> Option<Pick> {
         let used = self.memory_used(pool);
         let fits = |id: SubId, used: u64| self.fits(pool, used, self.memory_of(id));
         if fits(head, used) {
             return Some(Pick { id: head, overtakes: None });
         }
-        let above = |id: SubId| {
-            let least = |(task, index, _): SubId| self.job(task, index).map(|job| self.least_above(job, now));
-            self.policy.is_ours() && least(head) > least(id)
-        };
-        let beside = self.kept(pool) + self.memory_of(head);
         let overtaken = self.overtaken.iter().find(|(id, _)| *id == head).map_or(0, |(_, count)| *count);
-        let follower = self.queue(pool).into_iter().find(|&id| {
-            fits(id, used) && (!above(id) || fits(id, beside)) && !self.has_to_wait(pool, id, now)
-        });
+        let follower =
+            self.queue(pool).into_iter().find(|&id| fits(id, used) && !self.has_to_wait(pool, id, now));
         let follower = follower.filter(|_| overtaken < self.workload.pools[pool].lanes)?;
         Some(Pick { id: follower, overtakes: Some(head) })
     }
