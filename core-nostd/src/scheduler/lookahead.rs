@@ -25,10 +25,13 @@ use crate::time::Instant;
 /// The part of a period for which a release may be late and is waited for.
 const PATIENCE: u64 = 8;
 
+/// Until something happens, at an instant that nobody knows.
+const NEXT_EVENT: u64 = u64::MAX - 1;
+
 /// Why a node does not start.
 #[derive(Clone, Copy, Debug)]
 struct Wait {
-    /// Until when, in nanoseconds.
+    /// Until when, in nanoseconds, or `NEXT_EVENT`.
     until: u64,
     /// Whether the pool starts nothing else either: it is not for a higher rank.
     closes: bool,
@@ -183,8 +186,7 @@ impl<C: Capacity> Scheduler<C> {
             let (late, in_time) = (take(&mut behind), take(&mut free));
             let is_crowded = p.limited && held(node.key).saturating_add(node.memory) > p.budget;
             if (late > node.key || is_crowded) && in_time <= node.key {
-                // What is ready waits for an event.
-                let at = if is_ready { u64::MAX - 1 } else { node.at };
+                let at = if is_ready { NEXT_EVENT } else { node.at };
                 until = until.min(at);
                 until_above = if node.outranks { until_above.min(at) } else { until_above };
             }
