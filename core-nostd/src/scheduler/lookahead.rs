@@ -174,8 +174,11 @@ impl<C: Capacity> Scheduler<C> {
         // Bytes that are held when a node has to start, if the head does now.
         let at_first = free;
         let held = |at: i64| {
-            let ended = bits(lanes.into()).filter(|lane| signed(at_first[*lane]) <= at);
-            head.memory.saturating_add(p.used - ended.map(|lane| self.lanes[lane].memory).sum::<u64>())
+            let ended =
+                bits(lanes.into()).filter(|lane| signed(at_first[*lane]) <= at).map(|lane| &self.lanes[lane]);
+            let gone =
+                ended.filter(|l| !(l.is_encoder && self.config.frame_cache)).map(|l| l.memory).sum::<u64>();
+            head.memory.saturating_add(p.used - gone)
         };
         let mut behind = free;
         take::<C>(&mut behind, &head);

@@ -1,12 +1,12 @@
 //! A job alone on its pools: how many lanes of one it needs, from when and until when, and how much memory.
 //!
-//! *Rule.* The first ready node by rank goes on a lane as soon as one is free and there is memory, of several lanes on the one that was
-//! busy last. Nodes of other pools start when they are ready. Results of encoders are kept. A job takes as few lanes as end it by its
-//! deadline; all, if no number does. One in flight goes on from where it is: a lane counts from the end of what the job runs there.
+//! *Rule.* The first ready node by rank goes on a lane of its pool as soon as one is free and there is memory, of several lanes on the one
+//! that was busy last. Results of encoders are kept. Of the pool that is asked for a job takes as few lanes as end it by its deadline; all,
+//! if no number does. One in flight goes on from where it is: a lane counts from the end of what the job runs there.
 
-use super::{Scheduler, outlook::Case, tasks::Task, version::Version};
+use super::{Scheduler, bits, outlook::Case, tasks::Task, version::Version};
 use crate::capacity::{Capacity, Empty};
-use crate::graph::NodeSet;
+use crate::graph::{Node, NodeSet};
 
 crate::capacity::stored! {
     /// When a job needs a lane for the first time, and until when, in nanoseconds; equal: never.
@@ -21,7 +21,7 @@ crate::capacity::stored! {
 }
 
 crate::capacity::stored! {
-    /// The lanes of the pool, from now or from the release on.
+    /// The lanes, from now or from the release on.
     #[derive(Clone, Copy, Debug)]
     struct Spread<C: Capacity> {
         held: C::Lanes<Held>,
@@ -49,10 +49,17 @@ struct Stage<'a, C: Capacity> {
     waiting_for: &'a C::Nodes<u8>,
     /// By rank, in nanoseconds.
     left: C::Nodes<u64>,
-    /// By rank, in bytes; 0 where memory is not limited.
+    /// By rank, in bytes; 0 where memory is not limited, and in other pools.
     memory: C::Nodes<u64>,
-    /// Bytes of the pool.
-    budget: u64,
+    /// By rank: the lanes of its pool.
+    lanes: C::Nodes<u32>,
+}
+
+impl<'a, C: Capacity> Stage<'a, C> {
+    fn new(done: &'a NodeSet<C>, running: &'a NodeSet<C>, waiting_for: &'a C::Nodes<u8>) -> Self {
+        let (left, memory, lanes) = (Empty::EMPTY, Empty::EMPTY, Empty::EMPTY);
+        Self { done, running, waiting_for, left, memory, lanes }
+    }
 }
 
 /// What a job needs of a pool.
@@ -76,66 +83,76 @@ impl<C: Capacity> Need<C> {
 impl<C: Capacity> Scheduler<C> {
     /// What a job in flight needs from now on. Time bound: that of a spread.
     pub(super) fn need_of(&self, pool: usize, slot: usize) -> Need<C> {
-        let (job, version, p) = (&self.jobs[slot], self.version(slot), &self.pools[pool]);
-        let (mut left, mut memory) = (<C::Nodes<u64>>::EMPTY, <C::Nodes<u64>>::EMPTY);
+        let (job, version) = (&self.jobs[slot], self.version(slot));
+        let mut stage = Stage::new(&job.done, &job.running, &job.waiting_for);
         for rank in job.undone(version).iter() {
-            left[rank] = self.left_of(job, slot, rank, Case::Worst);
-            memory[rank] = if p.limited { self.node(slot, rank).memory.0 } else { 0 };
+            self.enter(&mut stage, pool, rank, self.node(slot, rank));
+            stage.left[rank] = self.left_of(job, slot, rank, Case::Worst);
         }
-        let (done, running, waiting_for) = (&job.done, &job.running, &job.waiting_for);
-        let stage = Stage { done, running, waiting_for, left, memory, budget: p.budget };
-        version.need(pool, p.lanes, job.deadline.since(self.now).as_nanos(), &stage)
+        self.need(pool, version, job.deadline.since(self.now).as_nanos(), &stage)
     }
 
     /// What the next job of a task needs from its release on, at WCET. Time bound: that of a spread.
     pub(super) fn need_of_next(&self, pool: usize, task: &Task<C>) -> Need<C> {
-        let (p, version, none) = (&self.pools[pool], task.newest(), NodeSet::EMPTY);
-        let (mut left, mut memory) = (<C::Nodes<u64>>::EMPTY, <C::Nodes<u64>>::EMPTY);
+        let (version, none) = (task.newest(), NodeSet::EMPTY);
+        let mut stage = Stage::new(&none, &none, &version.indegree);
         for rank in 0..usize::from(version.len) {
-            let node = &task.nodes[usize::from(version.order[rank])];
-            left[rank] = node.cost();
-            memory[rank] = if p.limited { node.memory.0 } else { 0 };
+            self.enter(&mut stage, pool, rank, &task.nodes[usize::from(version.order[rank])]);
         }
-        let (done, running, waiting_for) = (&none, &none, &version.indegree);
-        let stage = Stage { done, running, waiting_for, left, memory, budget: p.budget };
-        let need = version.need(pool, p.lanes, task.timing.deadline.as_nanos(), &stage);
+        let need = self.need(pool, version, task.timing.deadline.as_nanos(), &stage);
         Need { spare: need.spare.min(version.slack), ..need }
+    }
+
+    /// A node that has not run, where a pool is asked.
+    fn enter(&self, stage: &mut Stage<'_, C>, pool: usize, rank: usize, node: &Node) {
+        let p = &self.pools[node.pool.index()];
+        (stage.left[rank], stage.lanes[rank]) = (node.cost(), p.lanes);
+        stage.memory[rank] = if p.limited && node.pool.index() == pool { node.memory.0 } else { 0 };
+    }
+
+    /// What a job needs of the lanes of a pool so as to end within `due`. Time bound: O(lanes * nodes * (nodes + lanes)), and for
+    /// each node that may have to wait for memory O(lanes^2).
+    fn need(&self, pool: usize, version: &Version<C>, due: u64, stage: &Stage<'_, C>) -> Need<C> {
+        let (p, here) = (&self.pools[pool], version.in_pool[pool].without(stage.done));
+        let work = here.iter().map(|rank| stage.left[rank]).fold(0, u64::saturating_add);
+        let least = (work.div_ceil(due.max(1)) as usize).max(here.and(stage.running).len()).max(1);
+        let on = |count: usize| {
+            let few = bits(p.lanes.into()).take(count).fold(0, |few, lane| few | 1 << lane);
+            version.spread_on(&here, few, p.budget, stage)
+        };
+        let all = p.lanes.count_ones() as usize;
+        let spread = (least..all).map(on).find(|spread| spread.end <= due).unwrap_or_else(|| on(all));
+        let spare = due.saturating_sub(spread.end).cast_signed();
+        let mut lanes = spread.held;
+        (0..C::LANES).filter(|lane| p.lanes >> lane & 1 == 0).for_each(|lane| lanes[lane] = Held::EMPTY);
+        Need { lanes, spare, memory: spread.most.min(p.budget) }
     }
 }
 
 impl<C: Capacity> Version<C> {
-    /// What a job needs of these lanes of a pool so as to end within `due`. Time bound: O(lanes * nodes^2), and for each
-    /// node that may have to wait for memory O(lanes^2).
-    fn need(&self, pool: usize, lanes: u32, due: u64, stage: &Stage<'_, C>) -> Need<C> {
-        let here = self.in_pool[pool].without(stage.done);
-        let work = here.iter().map(|rank| stage.left[rank]).fold(0, u64::saturating_add);
-        let least = (work.div_ceil(due.max(1)) as usize).max(here.and(stage.running).len()).max(1);
-        let (all, on) = (lanes.count_ones() as usize, |count: usize| self.spread_on(&here, count, stage));
-        let spread = (least..all).map(on).find(|spread| spread.end <= due).unwrap_or_else(|| on(all));
-        let spare = due.saturating_sub(spread.end).cast_signed();
-        Need { lanes: spread.held, spare, memory: spread.most.min(stage.budget) }
-    }
-
-    fn spread_on(&self, here: &NodeSet<C>, count: usize, stage: &Stage<'_, C>) -> Spread<C> {
+    /// The schedule where `here` are the nodes of the pool that is asked, of which the job has some lanes.
+    fn spread_on(&self, here: &NodeSet<C>, few: u32, budget: u64, stage: &Stage<'_, C>) -> Spread<C> {
         let (mut new, mut ready, mut waiting_for) =
             (Spread::<C>::EMPTY, <C::Nodes<u64>>::EMPTY, *stage.waiting_for);
         let mut open = NodeSet::<C>::EMPTY;
         let mut clock = 0;
         let is_open = |rank: &usize| stage.waiting_for[*rank] == 0 && !stage.done.contains(*rank);
         (0..usize::from(self.len)).filter(is_open).for_each(|rank| open.insert(rank));
+        let lanes_of = |rank: usize| if here.contains(rank) { few } else { stage.lanes[rank] };
         // Each round starts a node.
         loop {
-            let ends = || new.held.as_ref().iter().take(count).map(|lane| lane.until);
-            let (free, last) = (ends().min().unwrap_or_default(), ends().max().unwrap_or_default());
             let start = |rank| {
                 let is_new = !stage.running.contains(rank);
-                if !is_new || !here.contains(rank) {
+                if !is_new {
                     return (ready[rank], is_new, rank);
                 }
-                let (first, memory) = (ready[rank].max(free).max(clock), stage.memory[rank]);
-                let fits = |at: &u64| new.used(*at, |_| true).saturating_add(memory) <= stage.budget;
+                let ends = || bits(lanes_of(rank).into()).map(|lane| new.held[lane].until);
+                let (first, memory) =
+                    (ready[rank].max(ends().min().unwrap_or_default()).max(clock), stage.memory[rank]);
+                let fits = |at: &u64| memory == 0 || new.used(*at, |_| true).saturating_add(memory) <= budget;
                 let later = || ends().filter(|end| *end > first && fits(end)).min();
-                let at = if fits(&first) { first } else { later().unwrap_or(last.max(first)) };
+                let last = || ends().max().unwrap_or_default().max(first);
+                let at = if fits(&first) { first } else { later().unwrap_or_else(last) };
                 (at, is_new, rank)
             };
             let Some((start, is_new, rank)) = open.iter().map(start).min() else { return new };
@@ -143,9 +160,9 @@ impl<C: Capacity> Version<C> {
             if self.encoders.contains(rank) && here.contains(rank) && is_new {
                 (new.kept, memory) = (new.kept.saturating_add(memory), 0);
             }
-            let lanes = new.held.as_mut().iter_mut().take(count);
-            let lane = lanes.filter(|lane| lane.until <= start).max_by_key(|lane| lane.until);
-            if let Some(lane) = lane.filter(|_| here.contains(rank)) {
+            let free = bits(lanes_of(rank).into()).filter(|lane| new.held[*lane].until <= start);
+            if let Some(lane) = free.max_by_key(|lane| new.held[*lane].until) {
+                let lane = &mut new.held[lane];
                 let from = if lane.until == 0 { start } else { lane.from };
                 *lane = Held { from: if is_new { from } else { end }, until: end, memory, runs: !is_new };
             }

@@ -170,8 +170,8 @@ impl Sim<'_> {
 
     /// From when to when a job holds each lane of a pool, from now on, behind what it runs there; when it ends; and the most bytes that
     /// it has there at once, but for what runs: on as few lanes as end it in time, or on all. Of the nodes that are ready the first by key
-    /// takes the first lane that is free once there is memory, of several the one that was busy last; results of encoders are kept; in
-    /// other pools a node starts when it is ready.
+    /// takes the first lane of its pool that is free once there is memory, of several the one that was busy last; results of encoders are
+    /// kept; memory of other pools is not looked at.
     fn spread(
         &self,
         graph: &Graph,
@@ -185,12 +185,16 @@ impl Sim<'_> {
         let left = |node: usize| stages[node].left(graph.nodes[node].cost_ns);
         let work: u64 = (0..stages.len()).filter(|&node| here(node)).map(left).sum();
         let least = (running.count() as u64).max(work.div_ceil(due.max(1))).max(1) as usize;
-        let lanes = self.workload.pools[pool].lanes as usize;
+        let all: Vec<usize> = self.workload.pools.iter().map(|pool| pool.lanes as usize).collect();
         let budget = self.workload.pools[pool].memory_bytes;
-        let on = |count: usize| Alone::new(self.policy, graph, deadline, pool, stages, count, budget);
-        let alone = (least..lanes).map(on).find(|alone| alone.end() <= due).unwrap_or_else(|| on(lanes));
-        let held = alone.held.iter().copied().filter(|&(from, until)| from < until).collect();
-        (held, alone.end(), budget.map_or(0, |budget| alone.most.min(budget)))
+        let on = |count: usize| {
+            let mut lanes = all.clone();
+            lanes[pool] = count;
+            Alone::new(self.policy, graph, deadline, pool, stages, &lanes, budget)
+        };
+        let alone =
+            (least..all[pool]).map(on).find(|alone| alone.end() <= due).unwrap_or_else(|| on(all[pool]));
+        (alone.held(), alone.end(), budget.map_or(0, |budget| alone.most.min(budget)))
     }
 
     /// What the next job of a task has to spare at least, on as few lanes of each pool as its work there fits on within its deadline, by
@@ -244,10 +248,11 @@ impl Sim<'_> {
         (0..self.workload.pools[pool].lanes).filter_map(of).collect()
     }
 
-    /// Bytes of a pool that are still held at an instant, if nothing more starts.
+    /// Bytes of a pool that are still held at an instant, if nothing more starts: results of encoders are kept.
     fn held_at(&self, pool: usize, at: i128, now: u64) -> u64 {
         let is_there = |unit: &&Unit| {
-            unit.pool == pool && self.unit_end(unit, now).is_none_or(|end| i128::from(end) > at)
+            let is_kept = self.policy.caches() && unit.key.is_some();
+            unit.pool == pool && (is_kept || self.unit_end(unit, now).is_none_or(|end| i128::from(end) > at))
         };
         self.kept(pool) + self.running.iter().filter(is_there).map(|unit| unit.memory).sum::<u64>()
     }

@@ -87,6 +87,50 @@ fn memory_of_a_higher_value_is_not_taken_by_a_lower_one() {
     }
 }
 
+/// The result of an encoder stays in memory when the encoder has ended, of the higher one or of a lower one.
+#[test]
+fn results_of_encoders_count_as_memory() {
+    let stage = |encoder: &str, decoders: &str| {
+        format!(
+            "node = [{{ name = 's', mimonet = {{ weights = 'w', frame = 'f', encoder = {encoder}, decoders = [{decoders}] }} }}]\n"
+        )
+    };
+    let own = stage("{ wcet = '4ms', memory = '8MiB' }", "{ name = 'd', wcet = '4ms', memory = '16MiB' }");
+    let high = format!(
+        "[[task]]\nname = 'high'\nvalue = 1000\nfloor = [1, 1]\nperiod = '32ms'\ndeadline = '16ms'\n{own}"
+    );
+    for us in [16_000, 24_000, 32_000, 48_000] {
+        let low = task("low", 1, (100, 300), &[("c", &[], us, 48)]);
+        loses_nothing(2, "memory = '64MiB'", &high, &[low]);
+    }
+    let high = task("high", 1_000, (16, 16), &[("n", &[], 3_000, 40)]);
+    let other = stage(
+        "{ wcet = '19ms', memory = '16MiB' }",
+        "{ name = 'd', wcet = '24ms' }, { name = 'e', wcet = '30ms' }",
+    );
+    let low = format!("[[task]]\nname = 'low'\nperiod = '40ms'\ndeadline = '102ms'\n{other}");
+    loses_nothing(2, "memory = '64MiB'", &high, &[low]);
+}
+
+/// What follows on another pool may have to share a lane there, which the first one's wait has to leave time for.
+#[test]
+fn the_lanes_of_another_pool_count() {
+    let high = |deadline: u64, work: [u64; 3]| {
+        let [a, b, c] = work.map(|us| format!("wcet = '{us}us'"));
+        format!(
+            "[[task]]\nname = 'high'\nvalue = 1000\nfloor = [1, 1]\nperiod = '20ms'\ndeadline = '{deadline}ms'\n\
+             node = [{{ name = 'a', {a} }}, {{ name = 'b', {b}, after = ['a'], pool = 'cpu' }}, \
+             {{ name = 'c', {c}, after = ['a'], pool = 'cpu' }}]\n[[pool]]\nname = 'cpu'\nlanes = 1\n"
+        )
+    };
+    for ms in 33..42 {
+        let low = task("low", 1, (100, 210), &[("n", &[], 1_000 * ms, 0)]);
+        loses_nothing(1, "", &high(20, [1_000; 3]), &[low]);
+    }
+    let low = task("low", 1, (30, 30), &[("a", &[], 16_000, 0), ("b", &[], 11_000, 0)]);
+    loses_nothing(2, "", &high(20, [4_000, 6_000, 7_000]), &[low]);
+}
+
 /// Files that nobody chose: one of a high value that is on time alone, beside one or two of value 1.
 #[test]
 fn nothing_is_lost_to_a_lower_value_in_sets_that_nobody_chose() {
