@@ -50,7 +50,7 @@ pub(crate) fn promises(tasks: &[TaskMetrics]) -> String {
         ]);
     }
     let is_behind = tasks.iter().any(|task| task.early_ns.p50.is_some_and(|ns| ns < 0));
-    let why = "\n\n  ahead by less than 0: told after the deadline, for all lanes were busy until then";
+    let why = "\n\n  ahead by less than 0: told after the deadline, when a unit ended or a wait did and the scheduler looked again";
     table.to_string() + if is_behind { why } else { "" }
 }
 

@@ -25,7 +25,7 @@ pub(crate) struct Force {
 }
 
 /// What a workload file is called.
-pub(crate) const WORKLOAD: &str = "workload file";
+const WORKLOAD: &str = "workload file";
 
 /// What tells that a file cannot be written: the input is at fault, or the machine.
 type Fault = fn(String) -> Failure;
@@ -50,21 +50,9 @@ pub(crate) struct Place {
     force: bool,
 }
 
-/// The outputs of a command that executes a workload: its file and those of its bodies are inputs. A place that takes no file
-/// is the fault of who named it.
+/// The outputs of a command that executes a workload. A place that takes no file is the fault of who named it.
 pub(crate) fn beside(source: &Source, force: &Force) -> Places {
-    let places = Places::new(force, Failure::Input).but(WORKLOAD, source.path());
-    let Workload { tasks, events, .. } = &source.workload;
-    let nodes = tasks.iter().flat_map(|task| &task.nodes).chain(events.iter().flat_map(|event| &event.add));
-    let bodies = nodes.flat_map(Node::parts).filter_map(|(name, part)| match &part.body {
-        Body::Onnx { path } | Body::Plugin { path, .. } | Body::Cuda { module: path, .. } => {
-            Some((name, path))
-        }
-        Body::None | Body::Spin { .. } => None,
-    });
-    bodies.fold(places, |places, (name, path)| {
-        places.but(format!("file of the body of `{}`", shown(&name)), source.folder().join(path))
-    })
+    Places::new(force, Failure::Input).but_workload(source)
 }
 
 impl Places {
@@ -78,6 +66,23 @@ impl Places {
     pub(crate) fn but(mut self, what: impl Into<String>, path: impl Into<PathBuf>) -> Self {
         self.keep(what, path);
         self
+    }
+
+    /// Those of a command with this workload too: its file and those of its bodies are inputs.
+    #[must_use]
+    pub(crate) fn but_workload(self, source: &Source) -> Self {
+        let Workload { tasks, events, .. } = &source.workload;
+        let nodes =
+            tasks.iter().flat_map(|task| &task.nodes).chain(events.iter().flat_map(|event| &event.add));
+        let bodies = nodes.flat_map(Node::parts).filter_map(|(name, part)| match &part.body {
+            Body::Onnx { path } | Body::Plugin { path, .. } | Body::Cuda { module: path, .. } => {
+                Some((name, path))
+            }
+            Body::None | Body::Spin { .. } => None,
+        });
+        bodies.fold(self.but(WORKLOAD, source.path()), |places, (name, path)| {
+            places.but(format!("file of the body of `{}`", shown(&name)), source.folder().join(path))
+        })
     }
 
     /// Keeps an input.

@@ -11,7 +11,7 @@ pub(crate) use text::of_limit;
 
 use crate::outcome::{Answer, Failure};
 use crate::output;
-use crate::place::{self, Force, Place, Places};
+use crate::place::{Force, Place, Places};
 use crate::progress;
 use crate::terminal::{self, wrap};
 use evidence::{MOST_SUB_JOBS, Seen};
@@ -19,6 +19,7 @@ use judge::Verdict;
 use overload::Overload;
 use red_certificate::Certificate;
 use red_sim::Lab;
+use red_workload::Source;
 use red_workload::model::Workload;
 use red_workload::plan::{Guarantee, Plan, cures, division, plan};
 use std::io;
@@ -48,8 +49,9 @@ pub(crate) struct Args {
 
 /// Plans and reports.
 pub(crate) fn main(args: &Args) -> Result<Answer, Failure> {
-    let workload = red_workload::load(&args.file)?;
-    let mut places = Places::new(&args.force, Failure::Machine).but(place::WORKLOAD, &args.file);
+    let source = Source::load(&args.file)?;
+    let mut places = Places::new(&args.force, Failure::Machine).but_workload(&source);
+    let workload = source.workload;
     let mut place = |path: &PathBuf| places.add("certificate", "--certificate", path);
     let place = args.certificate.as_ref().map(&mut place).transpose()?;
     let (planned, mut why) = planned(&workload)?;

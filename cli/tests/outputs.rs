@@ -191,7 +191,7 @@ fn files_of_bodies_are_inputs_and_two_outputs_are_two_files() {
     let plugin = "{ plugin = \"body.so\", symbol = \"step\" }";
     fs::write(&workload, WORKLOAD.replace("{ spin = \"10us\" }", plugin)).unwrap();
     fs::write(&body, MINE).unwrap();
-    for row in ROWS.iter().filter(|row| ["run", "profile"].contains(&row.before[0])) {
+    for row in ROWS.iter().filter(|row| matches!(row.input, Input::Workload)) {
         row.refused(&workload, &body, &["--force"], &["the file of the body of `a` itself"]);
     }
     assert_eq!(fs::read_to_string(&body).unwrap(), MINE);

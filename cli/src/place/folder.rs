@@ -4,6 +4,7 @@ use super::{Force, Place, Places};
 use crate::outcome::Failure;
 use red_workload::shown_path;
 use std::fs;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 /// The folder of `redrt demo` and `redrt paper real`, whose files are theirs: they are written anew each time.
@@ -24,13 +25,15 @@ impl Folder {
     /// Makes the folder if it is not there. In one of another name than [`OWN`], files are replaced under `--force` only.
     ///
     /// # Errors
-    /// [`Failure::Machine`]: it cannot be made.
+    /// [`Failure::Input`]: a file is in its way. [`Failure::Machine`]: it cannot be made.
     pub(crate) fn open(path: &Path, force: &Force) -> Result<Self, Failure> {
         fs::create_dir_all(path).map_err(|e| {
             let path = shown_path(path);
-            Failure::Machine(format!(
-                "cannot make the folder `{path}`: {e}; choose another folder with {OPTION}"
-            ))
+            let why = format!("cannot make the folder `{path}`: {e}; choose another folder with {OPTION}");
+            match e.kind() {
+                ErrorKind::AlreadyExists | ErrorKind::NotADirectory => Failure::Input(why),
+                _ => Failure::Machine(why),
+            }
         })?;
         let places = Places::new(force, Failure::Machine);
         Ok(Self { path: path.to_owned(), places, replaces: force.force || path == Path::new(OWN) })

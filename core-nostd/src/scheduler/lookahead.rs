@@ -7,8 +7,8 @@
 //! the head has taken one, and once before it. If one starts after its key in the first case only, and the head not after
 //! its own in the second, the pool starts nothing until something happens or that node should be ready.
 //! Under pressure those that would not go before the head all the same are left out.
-//! *Of a higher rank.* Whatever the gate, the lanes that a job in flight of a higher rank needs later, and the next job of a task that has
-//! less to spare than the head takes, count whatever the head's key is, and the head waits for them even if it is late by that; others that
+//! *Of a higher rank.* Whatever the gate, the lanes that a job in flight of a higher rank needs later, and the jobs to come of a task that has
+//! less to spare than the head takes, by its period, count whatever the head's key is, and the head waits for them even if it is late by that; others that
 //! are ready and need not wait go before it. In a pool of limited memory all such jobs count, and the head is also in the way where its
 //! memory and theirs do not fit. A late release is waited for for an eighth of its period. What cannot be in time alone, or lost all of
 //! late, is waited for by nobody, but for one probe in 17; and if its nodes take too long, it waits for everybody.
@@ -20,10 +20,13 @@ use super::{Scheduler, bits, tasks::Task};
 use crate::capacity::{Capacity, Empty};
 use crate::config::{Gate, Shed};
 use crate::id::UnitId;
-use crate::time::Instant;
+use crate::time::{Duration, Instant};
 
 /// The part of a period for which a release may be late and is waited for.
 const PATIENCE: u64 = 8;
+
+/// Jobs to come of a task that are waited for.
+const AHEAD: u64 = 16;
 
 /// Until something happens, at an instant that nobody knows.
 const NEXT_EVENT: u64 = u64::MAX - 1;
@@ -95,7 +98,7 @@ impl<C: Capacity> Scheduler<C> {
         self.wait_of(pool, slot, rank).map_or(Some((slot, rank)), |wait| self.instead(pool, wait))
     }
 
-    /// What a node has to wait for, if it should start now. Time bound: O(jobs * lanes * nodes * (nodes + lanes) + tasks * (k + lanes * (nodes * (nodes + lanes) + jobs))).
+    /// What a node has to wait for, if it should start now. Time bound: O(jobs * lanes * nodes * (nodes + lanes) + tasks * (k + lanes * (nodes * (nodes + lanes) + jobs^2))).
     fn wait_of(&self, pool: usize, slot: usize, rank: usize) -> Option<Wait> {
         let p = &self.pools[pool];
         let looks = self.config.gate == Gate::Lookahead && !p.limited;
@@ -110,7 +113,7 @@ impl<C: Capacity> Scheduler<C> {
         let (mut coming, end) = (Coming::<C>::new(head, p.limited), now.saturating_add(cost));
         let job = &self.jobs[slot];
         let (band, timing) = (job.band, &self.tasks[job.task.index()].timing);
-        let own = || self.beside_next(slot);
+        let own = if blocks { self.beside_next(slot) } else { (true, true, u32::MAX) };
         // Most heads meet nobody: the lanes are looked at for the others.
         let ends = looks.then(|| self.lanes_end());
         let longest = self.node(slot, rank).cost().max(head.cost);
@@ -122,7 +125,7 @@ impl<C: Capacity> Scheduler<C> {
             let task = &self.tasks[job.task.index()];
             let is_above = || {
                 let (has_hope, is_owed, _) = self.beside_next(other);
-                (has_hope, is_owed, task.timing.value) > own()
+                (has_hope, is_owed, task.timing.value) > own
             };
             if !to_come.is_empty() && is_blocked(task) && is_above() {
                 coming.meet_need(now, 0, &self.need_of(pool, other));
@@ -141,26 +144,33 @@ impl<C: Capacity> Scheduler<C> {
         for task in self.tasks.as_ref().iter().filter(|task| task.admitted && task.next_job > 0) {
             let Some(period) = task.timing.period() else { continue };
             let (version, value) = (task.newest(), task.timing.value);
-            let next = || (true, !task.timing.floor.spares(task.next_job), value);
-            let is_above = is_blocked(task) && next() > own() && self.can_gain(task);
-            if !is_above && (!looks || is_pressed && value < timing.value) {
+            let due = |nth: u64| {
+                let after = period.as_nanos().saturating_mul(nth + 1);
+                task.released.saturating_add(Duration::from_nanos(after)).as_nanos()
+            };
+            let patience = due(0).saturating_add(period.as_nanos() / PATIENCE);
+            // What comes once the head has ended does not wait for it, and who does not come may have stopped.
+            if due(0) >= end || patience <= now {
                 continue;
             }
-            let due = task.released.saturating_add(period).as_nanos();
-            let patience = due.saturating_add(period.as_nanos() / PATIENCE);
-            let is_late = is_above && due <= now;
-            // What comes once the head has ended does not wait for it.
-            if due >= end || is_late && patience <= now {
-                continue;
+            let is_above = |nth: u64| {
+                let index = task.next_job + nth;
+                (true, !task.timing.floor.spares(index), value) > own && self.can_gain(task, index)
+            };
+            if is_blocked(task) && (true, true, value) > own {
+                let mut need = None;
+                for nth in (0..AHEAD).take_while(|nth| due(*nth) < end).filter(|nth| is_above(*nth)) {
+                    let need = need.get_or_insert_with(|| self.need_of_next(pool, task));
+                    coming.meet_need(due(nth), if due(nth) > now { 0 } else { patience }, need);
+                }
             }
-            if is_above {
-                coming.meet_need(due, if is_late { patience } else { 0 }, &self.need_of_next(pool, task));
+            if !looks || is_pressed && value < timing.value || is_blocked(task) && is_above(0) {
                 continue;
             }
             for rank in version.sources.and(&version.in_pool[pool]).iter() {
                 let cost = task.nodes[usize::from(version.order[rank])].cost();
-                let key = signed(due).saturating_add(version.key[rank]);
-                coming.meet(Soon { key, at: due, cost, outranks: false, memory: 0 });
+                let key = signed(due(0)).saturating_add(version.key[rank]);
+                coming.meet(Soon { key, at: due(0), cost, outranks: false, memory: 0 });
             }
         }
         coming.iter().next()?;

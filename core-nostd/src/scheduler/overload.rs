@@ -143,7 +143,7 @@ impl<C: Capacity> Scheduler<C> {
         let latest = due.as_nanos().saturating_add_signed(task.newest().slack);
         !job.started
             && !job.index.is_multiple_of(PROBE)
-            && self.can_gain(task)
+            && self.can_gain(task, task.next_job)
             && (others..forward.end[x]).contains(&latest)
     }
 

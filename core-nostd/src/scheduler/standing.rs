@@ -94,10 +94,10 @@ impl<C: Capacity> Scheduler<C> {
         left.is_some_and(|left| self.bound(job, slot, case) <= left)
     }
 
-    /// Whether the next job of a task could be in time alone, by its WCET and by how its last ones fared.
-    pub(super) fn can_gain(&self, task: &Task<C>) -> bool {
+    /// Whether a job to come of a task could be in time alone, by its WCET and by how its last ones fared.
+    pub(super) fn can_gain(&self, task: &Task<C>, index: u64) -> bool {
         let version = task.newest();
-        let may_win = task.timing.floor.recently_lost() < RECENT || task.next_job.is_multiple_of(PROBE);
+        let may_win = task.timing.floor.recently_lost() < RECENT || index.is_multiple_of(PROBE);
         version.slack >= 0 && version.pool_mask & self.lost == 0 && may_win
     }
 

@@ -5,6 +5,9 @@ use super::job::{Job, State, SubId};
 use super::{PROBE_EVERY, Policy, RECENT_JOBS, Sim, Unit, keys};
 use crate::graph::Graph;
 
+/// Jobs of a task that have not been released and are waited for.
+const JOBS_TO_COME: u64 = 16;
+
 /// A node that takes a lane: key, when it is ready, cost, whether its job is above the head's, bytes that this needs.
 type Soon = (i128, u64, u64, bool, u64);
 
@@ -142,20 +145,23 @@ impl Sim<'_> {
         let (least, own) = (self.least_above(head, now), self.workload.tasks[head.task].value);
         for (task, model) in self.workload.tasks.iter().enumerate() {
             let Some((at, graph)) = self.expected_release(task) else { continue };
-            let next = (self.floor_needs_job(task, self.next_index(task), &[]), model.value);
-            let may_be_late = self.spare_at_least(task, &graph) < i128::from(cost_ns);
-            let above = next > least && (is_limited || may_be_late) && self.can_gain(task, &graph);
-            if !above && (!looks || self.pressed[pool] && model.value < own) {
-                continue;
-            }
-            if above {
-                let due = model.deadline_ns;
-                let stages = vec![Stage::ToCome; graph.nodes.len()];
-                let (held, end, memory) = self.spread(&graph, (due, due), pool, &stages);
-                let spare = i128::from(due.saturating_sub(end)).min(self.slack(task, &graph));
-                found.extend(held.into_iter().map(|(from, until)| {
+            let may_be_late = is_limited || self.spare_at_least(task, &graph) < i128::from(cost_ns);
+            let above = |nth: u64| {
+                let index = self.next_index(task) + nth;
+                let rank = (self.floor_needs_job(task, index, &[]), model.value);
+                rank > least && may_be_late && self.can_gain(task, index, &graph)
+            };
+            let due = model.deadline_ns;
+            let stages = vec![Stage::ToCome; graph.nodes.len()];
+            let (held, end, memory) = self.spread(&graph, (due, due), pool, &stages);
+            let spare = i128::from(due.saturating_sub(end)).min(self.slack(task, &graph));
+            let period = self.gap(task).unwrap_or_default();
+            for at in (0..JOBS_TO_COME).filter(|&nth| above(nth)).map(|nth| at + nth * period) {
+                found.extend(held.iter().map(|&(from, until)| {
                     (i128::from(at + from) + spare, at + from, until - from, true, memory)
                 }));
+            }
+            if above(0) || !looks || self.pressed[pool] && model.value < own {
                 continue;
             }
             let keys = keys::at_release(self.policy, &graph, at, model.deadline_ns);
@@ -216,10 +222,10 @@ impl Sim<'_> {
         i128::from(self.workload.tasks[task].deadline_ns) - self.least_time(graph)
     }
 
-    /// Whether the next job of a task could be in time alone, by its costs and by how its last ones fared.
-    pub(super) fn can_gain(&self, task: usize, graph: &Graph) -> bool {
+    /// Whether a job to come of a task could be in time alone, by its costs and by how its last ones fared.
+    pub(super) fn can_gain(&self, task: usize, index: u64, graph: &Graph) -> bool {
         let lost_all = self.recently_lost(task, &[]) == RECENT_JOBS;
-        self.slack(task, graph) >= 0 && (!lost_all || self.next_index(task).is_multiple_of(PROBE_EVERY))
+        self.slack(task, graph) >= 0 && (!lost_all || index.is_multiple_of(PROBE_EVERY))
     }
 
     /// The least time of a job at its costs: its longest path, and its work in each pool over the lanes.

@@ -193,7 +193,10 @@ impl Sim<'_> {
         let others = beside.map(|y| y.end).max().unwrap_or(0);
         let latest = i128::from(at) + self.slack(job.task, &graph);
         let may_go = !job.started && !job.index.is_multiple_of(PROBE_EVERY);
-        may_go && self.can_gain(job.task, &graph) && others <= latest && latest < x.end
+        may_go
+            && self.can_gain(job.task, self.next_index(job.task), &graph)
+            && others <= latest
+            && latest < x.end
     }
 
     /// RED: drops the jobs of the queued sub-jobs of lowest urgency, at least one, until no queue is too long.

@@ -112,6 +112,18 @@ fn results_of_encoders_count_as_memory() {
     loses_nothing(2, "memory = '64MiB'", &high, &[low]);
 }
 
+/// A node of a lower rank holds its lane while several jobs of a short period come, which then need the other lane.
+#[test]
+fn all_jobs_that_come_while_a_node_runs_are_waited_for() {
+    let short = "[[task]]\nname = 'short'\nvalue = 100\nfloor = [1, 1]\nperiod = '5ms'\ndeadline = '5ms'\n\
+                 node = [{ name = 'a', wcet = '1ms' }, { name = 'b', wcet = '1ms' }]\n";
+    let chain: &[Node] =
+        &[("a", &[], 8_000, 0), ("b", &["a"], 10_000, 0), ("c", &["b"], 3_000, 0), ("d", &["c"], 9_000, 0)];
+    let other = "[[task]]\nname = 'other'\nvalue = 1000\nperiod = '50ms'\ndeadline = '100ms'\n\
+                 node = [{ name = 'n', wcet = '26ms' }]\n";
+    loses_nothing(2, "", &task("high", 10, (50, 50), chain), &[short.to_owned(), other.to_owned()]);
+}
+
 /// What follows on another pool may have to share a lane there, which the first one's wait has to leave time for.
 #[test]
 fn the_lanes_of_another_pool_count() {

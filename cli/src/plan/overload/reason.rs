@@ -142,11 +142,13 @@ fn rank(workload: &Workload, asked: &Asked, task: usize) -> String {
     let value = workload.tasks[task].value;
     let rivals =
         || (0..workload.tasks.len()).filter(|other| asked.meet(task, *other)).map(|i| &workload.tasks[i]);
-    let above: Vec<&Task> = rivals().filter(|other| other.value > value).collect();
-    let equal: Vec<&Task> = rivals().filter(|other| other.value == value).collect();
     // Jobs of which none may be lost stand as high as those of any floor, and then their value decides.
-    let is_always_owed = workload.tasks[task].floor.is_some_and(|(m, k)| m == k);
-    let owed = |other: &&Task| other.value < value && other.floor.is_some() && !is_always_owed;
+    let is_always_owed = |task: &Task| task.floor.is_some_and(|(m, k)| m == k);
+    let rank = |task: &Task| (is_always_owed(task), task.value);
+    let own = rank(&workload.tasks[task]);
+    let above: Vec<&Task> = rivals().filter(|other| other.value > value && rank(other) > own).collect();
+    let equal: Vec<&Task> = rivals().filter(|other| rank(other) == own).collect();
+    let owed = |other: &&Task| other.floor.is_some() && !own.0 && other.value <= value && rank(other) != own;
     let floors: Vec<&Task> = rivals().filter(owed).collect();
     let slack_ns = |task: usize| workload.tasks[task].deadline_ns.saturating_sub(asked.longest_ns[task]);
     let node_ns = |task: usize| asked.node_ns.get(task).copied().unwrap_or(0);
@@ -154,11 +156,17 @@ fn rank(workload: &Workload, asked: &Asked, task: usize) -> String {
         let those = (0..workload.tasks.len()).filter(|other| asked.meet(task, *other) && is_one(*other));
         those.map(|other| &workload.tasks[other]).collect()
     };
-    let blocking = others(&|other| workload.tasks[other].value < value && node_ns(other) > slack_ns(task));
+    let blocking = others(&|other| rank(&workload.tasks[other]) < own && node_ns(other) > slack_ns(task));
     let awaited = others(&|other| {
         let rival = &workload.tasks[other];
-        rival.value > value && period_ns(rival.arrival).is_some() && node_ns(task) > slack_ns(other)
+        rank(rival) > own && period_ns(rival.arrival).is_some() && node_ns(task) > slack_ns(other)
     });
+    let is_limited = workload.pools.iter().any(|pool| pool.memory_bytes.is_some());
+    let (its, held) = if is_limited {
+        ("its lane and its memory", "the lanes and the memory that they hold")
+    } else {
+        ("its lane", "the lanes that they hold")
+    };
     let mut parts = Vec::new();
     if !above.is_empty() {
         parts.push(format!("its value {value} is below that of {}", names(&above)));
@@ -182,13 +190,13 @@ fn rank(workload: &Workload, asked: &Asked, task: usize) -> String {
     }
     if !blocking.is_empty() {
         parts.push(format!(
-            "a started node keeps its lane, and one of {} takes longer than the {} that it can wait",
+            "a started node keeps {its}, and one of {} takes longer than the {} that it can wait",
             names(&blocking),
             Duration::from_nanos(slack_ns(task))
         ));
     }
     if parts.is_empty() {
-        parts.push("nobody ranks above it, but nodes of others keep the lanes that they hold".to_owned());
+        parts.push(format!("nobody ranks above it, but nodes of others keep {held}"));
     }
     parts.join(", and ")
 }
