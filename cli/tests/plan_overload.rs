@@ -143,7 +143,7 @@ fn a_task_whose_node_never_fits_between_jobs_of_a_higher_value_is_told_so() {
     };
     let (_, plan, text) = planned("held.toml", &format!("{LANE}{control}{}", map(24)));
     let reason = of(&plan, "map")["reason"].as_str().expect("a sentence");
-    let why = "its longest node of 24.000 ms does not start where the next job of `control` (1000) would be late behind it";
+    let why = "its longest node of 24.000 ms does not start where a job to come of `control` (1000) would be late behind it";
     assert!(reason.contains(why) && text.contains(why), "{reason}");
     let control_on_time = of(&plan, "control")["on_time"].as_u64() >= Some(2_390);
     assert!(control_on_time, "{plan}");

@@ -1,4 +1,4 @@
-//! A lane that waits for the next job of a higher rank: how long, and by what it reckons.
+//! A lane that waits for jobs of a higher rank: how long, and by what it reckons.
 
 use red_core::{Action, Caps, Config, Dag, Duration, Instant, Node, Scheduler, TaskId, Timing, UnitId, Wcet};
 

@@ -52,9 +52,13 @@ impl<C: Capacity> Coming<C> {
         }
     }
 
-    /// Of a job of a higher rank all lanes that it needs after some instant, at the earliest from another one on.
-    pub(super) fn meet_need(&mut self, after: u64, earliest: u64, need: &Need<C>) {
+    /// Of a job of a higher rank all lanes that it needs after some instant, at the earliest from another one on; `may_replace`: where
+    /// there is no place, of a later key.
+    pub(super) fn meet_need(&mut self, after: u64, earliest: u64, need: &Need<C>, may_replace: bool) {
         for (from, cost) in need.lanes() {
+            if !may_replace && self.count == C::JOBS {
+                return;
+            }
             let from = after.saturating_add(from);
             let at = from.max(earliest);
             let key = signed(from).saturating_add(need.spare).max(signed(at));

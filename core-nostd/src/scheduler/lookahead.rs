@@ -7,8 +7,8 @@
 //! the head has taken one, and once before it. If one starts after its key in the first case only, and the head not after
 //! its own in the second, the pool starts nothing until something happens or that node should be ready.
 //! Under pressure those that would not go before the head all the same are left out.
-//! *Of a higher rank.* Whatever the gate, the lanes that a job in flight of a higher rank needs later, and the jobs to come of a task that has
-//! less to spare than the head takes, by its period, count whatever the head's key is, and the head waits for them even if it is late by that; others that
+//! *Of a higher rank.* Whatever the gate, the lanes that a job in flight of a higher rank needs later, and those of the next 16 jobs of a
+//! task that has less to spare than the head takes, count whatever the head's key is, and the head waits for them even if it is late by that; others that
 //! are ready and need not wait go before it. In a pool of limited memory all such jobs count, and the head is also in the way where its
 //! memory and theirs do not fit. A late release is waited for for an eighth of its period. What cannot be in time alone, or lost all of
 //! late, is waited for by nobody, but for one probe in 17; and if its nodes take too long, it waits for everybody.
@@ -98,7 +98,8 @@ impl<C: Capacity> Scheduler<C> {
         self.wait_of(pool, slot, rank).map_or(Some((slot, rank)), |wait| self.instead(pool, wait))
     }
 
-    /// What a node has to wait for, if it should start now. Time bound: O(jobs * lanes * nodes * (nodes + lanes) + tasks * (k + lanes * (nodes * (nodes + lanes) + jobs^2))).
+    /// What a node has to wait for, if it should start now. Time bound: O(jobs * lanes^2 * nodes^2 + tasks * (k + lanes * (lanes * nodes^2 + jobs))), and in a pool of
+    /// limited memory O((jobs + tasks) * nodes^2 * lanes^3) more.
     fn wait_of(&self, pool: usize, slot: usize, rank: usize) -> Option<Wait> {
         let p = &self.pools[pool];
         let looks = self.config.gate == Gate::Lookahead && !p.limited;
@@ -128,7 +129,7 @@ impl<C: Capacity> Scheduler<C> {
                 (has_hope, is_owed, task.timing.value) > own
             };
             if !to_come.is_empty() && is_blocked(task) && is_above() {
-                coming.meet_need(now, 0, &self.need_of(pool, other));
+                coming.meet_need(now, 0, &self.need_of(pool, other), true);
             } else if let Some(ends) = ends.as_ref().filter(|_| job.band >= band) {
                 for rank in undone.iter() {
                     let runs = job.running.iter().filter(|r| version.successors[*r].contains(rank));
@@ -141,7 +142,9 @@ impl<C: Capacity> Scheduler<C> {
                 }
             }
         }
-        for task in self.tasks.as_ref().iter().filter(|task| task.admitted && task.next_job > 0) {
+        let tasks = || self.tasks.as_ref().iter().filter(|task| task.admitted && task.next_job > 0);
+        // The next job of each first, for those after it take the places that are left.
+        for (task, turn) in tasks().map(|task| (task, 0..1)).chain(tasks().map(|task| (task, 1..AHEAD))) {
             let Some(period) = task.timing.period() else { continue };
             let (version, value) = (task.newest(), task.timing.value);
             let due = |nth: u64| {
@@ -150,7 +153,7 @@ impl<C: Capacity> Scheduler<C> {
             };
             let patience = due(0).saturating_add(period.as_nanos() / PATIENCE);
             // What comes once the head has ended does not wait for it, and who does not come may have stopped.
-            if due(0) >= end || patience <= now {
+            if due(turn.start) >= end || patience <= now {
                 continue;
             }
             let is_above = |nth: u64| {
@@ -159,18 +162,21 @@ impl<C: Capacity> Scheduler<C> {
             };
             if is_blocked(task) && (true, true, value) > own {
                 let mut need = None;
-                for nth in (0..AHEAD).take_while(|nth| due(*nth) < end).filter(|nth| is_above(*nth)) {
+                for nth in turn.clone().take_while(|nth| due(*nth) < end).filter(|nth| is_above(*nth)) {
                     let need = need.get_or_insert_with(|| self.need_of_next(pool, task));
-                    coming.meet_need(due(nth), if due(nth) > now { 0 } else { patience }, need);
+                    let earliest = if nth > 0 || due(0) > now { 0 } else { patience };
+                    coming.meet_need(due(nth), earliest, need, nth == 0);
                 }
             }
-            if !looks || is_pressed && value < timing.value || is_blocked(task) && is_above(0) {
+            if turn.start > 0 || !looks || is_pressed && value < timing.value {
                 continue;
             }
-            for rank in version.sources.and(&version.in_pool[pool]).iter() {
-                let cost = task.nodes[usize::from(version.order[rank])].cost();
-                let key = signed(due(0)).saturating_add(version.key[rank]);
-                coming.meet(Soon { key, at: due(0), cost, outranks: false, memory: 0 });
+            if !(is_blocked(task) && is_above(0)) {
+                for rank in version.sources.and(&version.in_pool[pool]).iter() {
+                    let cost = task.nodes[usize::from(version.order[rank])].cost();
+                    let key = signed(due(0)).saturating_add(version.key[rank]);
+                    coming.meet(Soon { key, at: due(0), cost, outranks: false, memory: 0 });
+                }
             }
         }
         coming.iter().next()?;
@@ -186,8 +192,10 @@ impl<C: Capacity> Scheduler<C> {
         let held = |at: i64| {
             let ended =
                 bits(lanes.into()).filter(|lane| signed(at_first[*lane]) <= at).map(|lane| &self.lanes[lane]);
-            let gone =
-                ended.filter(|l| !(l.is_encoder && self.config.frame_cache)).map(|l| l.memory).sum::<u64>();
+            let gone = ended
+                .filter(|l| !(l.is_encoder && l.output != 0 && self.config.frame_cache))
+                .map(|l| l.memory)
+                .sum::<u64>();
             head.memory.saturating_add(p.used - gone)
         };
         let mut behind = free;

@@ -25,7 +25,7 @@
 //! | `release` | O(nodes) |
 //! | `complete`, `poll` | O(successors + log jobs); with encoders O(jobs * encoders) |
 //! | `poll` when a job may be lost, at ticks, and under re-assignment | O(jobs * (nodes + edges)) |
-//! | `poll`, for a start where nodes may have to wait for others | O(jobs * nodes * (lanes + edges + tasks * nodes)) |
+//! | `poll`, for a start where nodes may have to wait for others | O(jobs * nodes * (jobs + tasks) * lanes^2 * nodes^2), with memory budgets `lanes` times that |
 //! | `poll`, or any call at a later instant without one, when the outlook may have become worse | 67 + jobs forward schedules, each O(jobs * nodes * (jobs + lanes)) |
 //! | `commit` | O(nodes log nodes + edges) |
 

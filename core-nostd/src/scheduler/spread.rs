@@ -1,7 +1,7 @@
 //! A job alone on its pools: how many lanes of one it needs, from when and until when, and how much memory.
 //!
 //! *Rule.* The first ready node by rank goes on a lane of its pool as soon as one is free and there is memory, of several lanes on the one
-//! that was busy last. Results of encoders are kept. Of the pool that is asked for a job takes as few lanes as end it by its deadline; all,
+//! that was busy last. Results of encoders are kept. Of the pool that is asked for, a job takes as few lanes as end it by its deadline; all,
 //! if no number does. One in flight goes on from where it is: a lane counts from the end of what the job runs there.
 
 use super::{Scheduler, bits, outlook::Case, tasks::Task, version::Version};
@@ -92,7 +92,7 @@ impl<C: Capacity> Scheduler<C> {
         self.need(pool, version, job.deadline.since(self.now).as_nanos(), &stage)
     }
 
-    /// What the next job of a task needs from its release on, at WCET. Time bound: that of a spread.
+    /// What a job to come of a task needs from its release on, at WCET. Time bound: that of a spread.
     pub(super) fn need_of_next(&self, pool: usize, task: &Task<C>) -> Need<C> {
         let (version, none) = (task.newest(), NodeSet::EMPTY);
         let mut stage = Stage::new(&none, &none, &version.indegree);
@@ -110,8 +110,8 @@ impl<C: Capacity> Scheduler<C> {
         stage.memory[rank] = if p.limited && node.pool.index() == pool { node.memory.0 } else { 0 };
     }
 
-    /// What a job needs of the lanes of a pool so as to end within `due`. Time bound: O(lanes * nodes * (nodes + lanes)), and for
-    /// each node that may have to wait for memory O(lanes^2).
+    /// What a job needs of the lanes of a pool so as to end within `due`. Time bound: O(lanes^2 * nodes^2), and
+    /// O(lanes^3 * nodes^2) where nodes may have to wait for memory.
     fn need(&self, pool: usize, version: &Version<C>, due: u64, stage: &Stage<'_, C>) -> Need<C> {
         let (p, here) = (&self.pools[pool], version.in_pool[pool].without(stage.done));
         let work = here.iter().map(|rank| stage.left[rank]).fold(0, u64::saturating_add);
@@ -123,8 +123,8 @@ impl<C: Capacity> Scheduler<C> {
         let all = p.lanes.count_ones() as usize;
         let spread = (least..all).map(on).find(|spread| spread.end <= due).unwrap_or_else(|| on(all));
         let spare = due.saturating_sub(spread.end).cast_signed();
-        let mut lanes = spread.held;
-        (0..C::LANES).filter(|lane| p.lanes >> lane & 1 == 0).for_each(|lane| lanes[lane] = Held::EMPTY);
+        let mut lanes = <C::Lanes<Held>>::EMPTY;
+        bits(p.lanes.into()).for_each(|lane| lanes[lane] = spread.held[lane]);
         Need { lanes, spare, memory: spread.most.min(p.budget) }
     }
 }

@@ -60,9 +60,8 @@ impl<C: Capacity> Scheduler<C> {
         }
     }
 
-    /// What the next job of a task has to be above for this one to wait for it: any hope, owed, value. A probe that is due gets its lane,
-    /// but not before whom a floor cannot spare;
-    /// a job that will be late, of a task that lost all of late as its nodes take too long, waits for everybody.
+    /// What another job, in flight or to come, has to be above for this one to wait for it: any hope, owed, value. A probe that is due gets
+    /// its lane, but not before whom a floor cannot spare; a job that will be late, of a task that lost all of late as its nodes take too long, waits for everybody.
     pub(super) fn beside_next(&self, slot: usize) -> (bool, bool, u32) {
         let (job, floor) = (&self.jobs[slot], self.floor_of(&self.jobs[slot]));
         let Rank { has_chance, is_owed, value, due } = self.rank(job, slot, floor);

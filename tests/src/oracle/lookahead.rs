@@ -2,8 +2,9 @@
 
 use super::alone::{Alone, Stage};
 use super::job::{Job, State, SubId};
-use super::{PROBE_EVERY, Policy, RECENT_JOBS, Sim, Unit, keys};
+use super::{JOBS_IN_FLIGHT, PROBE_EVERY, Policy, RECENT_JOBS, Sim, Unit, keys};
 use crate::graph::Graph;
+use std::ops::Range;
 
 /// Jobs of a task that have not been released and are waited for.
 const JOBS_TO_COME: u64 = 16;
@@ -53,11 +54,17 @@ impl Sim<'_> {
                 None => {}
             }
         }
-        soon.extend(self.next_jobs(pool, (job, cost), looks, now));
-        soon.retain(|&(key, at, _, above, _)| {
+        soon.extend(self.next_jobs(pool, (job, cost), looks, now, 0..1));
+        let counts = |&(key, at, _, above, _): &Soon| {
             let is_soon = now < at || budget.is_some() && above;
             is_soon && at < end && key < i128::from(end) && (above || key < head.0)
-        });
+        };
+        soon.retain(counts);
+        soon.sort_unstable();
+        soon.truncate(JOBS_IN_FLIGHT);
+        let later = self.next_jobs(pool, (job, cost), false, now, 1..JOBS_TO_COME);
+        let places = JOBS_IN_FLIGHT - soon.len();
+        soon.extend(later.into_iter().filter(counts).take(places));
         soon.sort_unstable();
 
         let mut before = self.free_from(pool, now);
@@ -138,8 +145,15 @@ impl Sim<'_> {
         found
     }
 
-    /// Nodes of the next job of each task that has released one: for a higher rank the lanes that it needs, else sources.
-    fn next_jobs(&self, pool: usize, (head, cost_ns): (&Job, u64), looks: bool, now: u64) -> Vec<Soon> {
+    /// Nodes of the jobs of this turn of each task that has released one: for a higher rank the lanes that it needs, else sources of the next.
+    fn next_jobs(
+        &self,
+        pool: usize,
+        (head, cost_ns): (&Job, u64),
+        looks: bool,
+        now: u64,
+        turn: Range<u64>,
+    ) -> Vec<Soon> {
         let mut found = Vec::new();
         let is_limited = self.workload.pools[pool].memory_bytes.is_some();
         let (least, own) = (self.least_above(head, now), self.workload.tasks[head.task].value);
@@ -151,15 +165,19 @@ impl Sim<'_> {
                 let rank = (self.floor_needs_job(task, index, &[]), model.value);
                 rank > least && may_be_late && self.can_gain(task, index, &graph)
             };
-            let due = model.deadline_ns;
-            let stages = vec![Stage::ToCome; graph.nodes.len()];
-            let (held, end, memory) = self.spread(&graph, (due, due), pool, &stages);
-            let spare = i128::from(due.saturating_sub(end)).min(self.slack(task, &graph));
             let period = self.gap(task).unwrap_or_default();
-            for at in (0..JOBS_TO_COME).filter(|&nth| above(nth)).map(|nth| at + nth * period) {
-                found.extend(held.iter().map(|&(from, until)| {
-                    (i128::from(at + from) + spare, at + from, until - from, true, memory)
-                }));
+            let come = turn.clone().filter(|&nth| at + nth * period < now + cost_ns && above(nth));
+            let come: Vec<u64> = come.map(|nth| at + nth * period).collect();
+            if !come.is_empty() {
+                let due = model.deadline_ns;
+                let stages = vec![Stage::ToCome; graph.nodes.len()];
+                let (held, end, memory) = self.spread(&graph, (due, due), pool, &stages);
+                let spare = i128::from(due.saturating_sub(end)).min(self.slack(task, &graph));
+                for at in come {
+                    found.extend(held.iter().map(|&(from, until)| {
+                        (i128::from(at + from) + spare, at + from, until - from, true, memory)
+                    }));
+                }
             }
             if above(0) || !looks || self.pressed[pool] && model.value < own {
                 continue;

@@ -144,22 +144,31 @@ fn rank(workload: &Workload, asked: &Asked, task: usize) -> String {
         || (0..workload.tasks.len()).filter(|other| asked.meet(task, *other)).map(|i| &workload.tasks[i]);
     // Jobs of which none may be lost stand as high as those of any floor, and then their value decides.
     let is_always_owed = |task: &Task| task.floor.is_some_and(|(m, k)| m == k);
-    let rank = |task: &Task| (is_always_owed(task), task.value);
-    let own = rank(&workload.tasks[task]);
-    let above: Vec<&Task> = rivals().filter(|other| other.value > value && rank(other) > own).collect();
-    let equal: Vec<&Task> = rivals().filter(|other| rank(other) == own).collect();
-    let owed = |other: &&Task| other.floor.is_some() && !own.0 && other.value <= value && rank(other) != own;
-    let floors: Vec<&Task> = rivals().filter(owed).collect();
+    let own = &workload.tasks[task];
+    let is_all = is_always_owed(own);
+    let is_dearer = |other: &Task| other.value > value && (!is_all || other.floor.is_some());
+    let is_first = |other: &Task| is_dearer(other) || !is_all && is_always_owed(other);
+    let is_owed = |other: &Task| {
+        let is_other = other.value < value || own.floor.is_none() || is_always_owed(other);
+        other.floor.is_some() && !is_all && other.value <= value && is_other
+    };
+    let is_equal = |other: &Task| other.value == value && !is_owed(other) && is_all == is_always_owed(other);
+    let above: Vec<&Task> = rivals().filter(|other| is_dearer(other)).collect();
+    let equal: Vec<&Task> = rivals().filter(|other| is_equal(other)).collect();
+    let floors: Vec<&Task> = rivals().filter(|other| is_owed(other)).collect();
     let slack_ns = |task: usize| workload.tasks[task].deadline_ns.saturating_sub(asked.longest_ns[task]);
     let node_ns = |task: usize| asked.node_ns.get(task).copied().unwrap_or(0);
     let others = |is_one: &dyn Fn(usize) -> bool| -> Vec<&Task> {
         let those = (0..workload.tasks.len()).filter(|other| asked.meet(task, *other) && is_one(*other));
         those.map(|other| &workload.tasks[other]).collect()
     };
-    let blocking = others(&|other| rank(&workload.tasks[other]) < own && node_ns(other) > slack_ns(task));
+    let blocking = others(&|other| {
+        let rival = &workload.tasks[other];
+        !is_first(rival) && !is_equal(rival) && node_ns(other) > slack_ns(task)
+    });
     let awaited = others(&|other| {
         let rival = &workload.tasks[other];
-        rank(rival) > own && period_ns(rival.arrival).is_some() && node_ns(task) > slack_ns(other)
+        is_first(rival) && period_ns(rival.arrival).is_some() && node_ns(task) > slack_ns(other)
     });
     let is_limited = workload.pools.iter().any(|pool| pool.memory_bytes.is_some());
     let (its, held) = if is_limited {
@@ -173,7 +182,7 @@ fn rank(workload: &Workload, asked: &Asked, task: usize) -> String {
     }
     if !awaited.is_empty() {
         parts.push(format!(
-            "its longest node of {} does not start where the next job of {} would be late behind it",
+            "its longest node of {} does not start where a job to come of {} would be late behind it",
             Duration::from_nanos(node_ns(task)),
             names(&awaited)
         ));
