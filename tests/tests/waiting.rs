@@ -127,3 +127,39 @@ fn who_has_never_come_or_comes_no_more_is_not_waited_for() {
     assert!(lane.scheduler.remove_task(lane.brake, at(16_000)));
     assert!(lane.starts(16_000).is_some());
 }
+
+/// Jobs to come of a short period take no place from the next job of another task.
+#[test]
+fn many_jobs_of_one_task_hide_none_of_another() {
+    let mut scheduler = Scheduler::<Caps<3, 2, 4, 2, 1, 1>>::new(Config::REDRT.with_lanes(2));
+    let mut add = |nodes, cost_ms, period_ms, deadline_ms, value| {
+        let mut dag = Dag::new();
+        for _ in 0..nodes {
+            dag.add_node(Node::new(Wcet::from_millis(cost_ms))).unwrap();
+        }
+        let timing = Timing::new(Duration::from_millis(deadline_ms)).every(Duration::from_millis(period_ms));
+        scheduler.add_task(&dag, timing.value(value).floor(1, 1)).unwrap()
+    };
+    let (short, brake) = (add(1, 1, 5, 5, 1_000), add(2, 20, 45, 22, 1_000));
+    let map = add(1, 40, 1_000, 400, 1);
+    let starts = |scheduler: &mut Scheduler<_>, now| {
+        let mut units = Vec::new();
+        while let Some(action) = scheduler.poll(now) {
+            if let Action::Dispatch(dispatch) = action {
+                units.push(dispatch.unit);
+            }
+        }
+        units
+    };
+    for (task, ends_us) in [(short, 1_000), (brake, 20_000), (short, 21_000)] {
+        let now = at(ends_us - if task == brake { 20_000 } else { 1_000 });
+        scheduler.release(task, now).unwrap();
+        for unit in starts(&mut scheduler, now) {
+            scheduler.complete(unit, at(ends_us)).unwrap();
+        }
+    }
+    // Until 61 ms `map` would hold one of the lanes that `brake` needs at 45 ms, and four jobs of `short` come before.
+    scheduler.release(map, at(21_000)).unwrap();
+    assert_eq!(starts(&mut scheduler, at(21_000)), []);
+    assert_eq!(scheduler.poll_at(), Some(at(45_000)));
+}
