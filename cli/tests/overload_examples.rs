@@ -1,26 +1,68 @@
-//! What README says of overload, from the files in `examples/overload`.
+//! What `docs/overload.md` and README say of overload, from the files in `examples/overload`.
 
 mod process;
 
 use process::{file, run};
 use serde_json::Value;
 
-/// Jobs on time of each task of a file, or of one with other words in it, and what README says of them.
+/// What says it.
+const PAGE: &str = "docs/overload.md";
+const README: &str = "README.md";
+
+/// Jobs on time of each task of a file, or of one with other words in it, and where what is said of them.
 struct Figure {
     file: &'static str,
     instead: &'static [(&'static str, &'static str)],
     options: &'static [&'static str],
     on_time: &'static [u64],
-    says: &'static str,
+    says: &'static [(&'static str, &'static str)],
 }
 
-const FIGURES: [Figure; 11] = [
+const FIGURES: [Figure; 15] = [
+    Figure {
+        file: "values",
+        instead: &[],
+        options: &["--horizon", "10s"],
+        on_time: &[0, 1_000],
+        says: &[
+            (PAGE, "1000 of 1000, and none of the other; in the other order the same"),
+            (README, "has 1000 of 1000 jobs on time, in either order"),
+        ],
+    },
+    // The one of the higher rank comes first.
+    Figure {
+        file: "values",
+        instead: &[("value = 1\n", "value = 2000\nfloor = [1, 1]\n")],
+        options: &["--horizon", "10s"],
+        on_time: &[1_000, 0],
+        says: &[],
+    },
+    Figure {
+        file: "perception",
+        instead: &[],
+        options: &["--horizon", "10s"],
+        on_time: &[249],
+        says: &[
+            (PAGE, "249 of 334, where the lane has time for 250"),
+            (README, "has 249 of 334 jobs on time, where there is time for 250"),
+        ],
+    },
+    Figure {
+        file: "brake",
+        instead: &[],
+        options: &["--horizon", "10s"],
+        on_time: &[6_499, 500],
+        says: &[
+            (PAGE, "the brake 500 of 500, the sensor 6499 of 10000"),
+            (README, "A brake of value 1000 has 500 of 500 jobs on time"),
+        ],
+    },
     Figure {
         file: "probes",
         instead: &[],
         options: &["--horizon", "20s"],
         on_time: &[976, 24],
-        says: "976 of 1000 jobs on time",
+        says: &[(PAGE, "976 of 1000 jobs on time")],
     },
     Figure {
         file: "probes",
@@ -30,7 +72,7 @@ const FIGURES: [Figure; 11] = [
         ],
         options: &["--horizon", "20s"],
         on_time: &[990, 10],
-        says: "990 beside those every 60 ms",
+        says: &[(PAGE, "990 beside those every 60 ms")],
     },
     Figure {
         file: "probes",
@@ -40,74 +82,75 @@ const FIGURES: [Figure; 11] = [
         ],
         options: &["--horizon", "20s"],
         on_time: &[999, 1],
-        says: "999 every 400",
+        says: &[(PAGE, "999 beside those every 400 ms")],
     },
     Figure {
         file: "probes",
         instead: &[("value = 1000", "value = 1000\nfloor = [1, 1]")],
         options: &["--horizon", "20s"],
         on_time: &[1_000, 0],
-        says: "With `floor = [1, 1]` it loses none",
+        says: &[(PAGE, "With `floor = [1, 1]` it loses none")],
     },
     Figure {
         file: "one-lane",
         instead: &[],
         options: &[],
         on_time: &[3_818],
-        says: "3818 of 4455 jobs on time",
+        says: &[(PAGE, "3818 of 4455 jobs")],
     },
     Figure {
         file: "two-lanes",
         instead: &[],
         options: &["--horizon", "9s"],
         on_time: &[400],
-        says: "400 of 600",
+        says: &[(PAGE, "400 of 600")],
     },
     Figure {
         file: "full-table",
         instead: &[],
         options: &["--horizon", "4s", "--execution", "uniform:0.97..0.97"],
         on_time: &[4_000, 4_412],
-        says: "`sim` has 4412 on time",
+        says: &[(PAGE, "`sim` has 4412 of 10000 on time")],
     },
     Figure {
         file: "three-lanes",
         instead: &[],
         options: &["--horizon", "20s"],
         on_time: &[1_000, 0],
-        says: "lose nothing to a node of 24 ms and value 1",
+        says: &[(PAGE, "lose nothing, and a node of 24 ms and value 1 has 0 of 334 jobs on time")],
     },
     Figure {
         file: "times-vary",
         instead: &[],
         options: &["--execution", "uniform:0.5..1"],
         on_time: &[958, 20_509],
-        says: "loses 42 of 1000 to short nodes of value 1",
+        says: &[(PAGE, "loses 42 of 1000 jobs to short nodes of value 1")],
     },
     Figure {
         file: "branches",
         instead: &[],
         options: &["--horizon", "4s"],
         on_time: &[200, 0, 0],
-        says: "have 0 of 80 jobs on time",
+        says: &[(PAGE, "have 0 of 80 jobs on time each")],
     },
     Figure {
         file: "edf",
         instead: &[],
         options: &["--horizon", "20s"],
         on_time: &[1_640, 400, 1_177, 400],
-        says: "1640 of 2000 are on time",
+        says: &[(PAGE, "one task has 1640 of 2000 here")],
     },
 ];
 
 #[test]
-fn readme_says_what_the_files_show() {
+fn what_is_said_of_overload_is_what_the_files_show() {
     let read = |path: &str| {
         let path = format!("{}/../{path}", env!("CARGO_MANIFEST_DIR"));
         std::fs::read_to_string(&path).expect("a file of this repository")
     };
     // As it reads, wherever its lines end.
-    let readme = read("README.md").split_whitespace().collect::<Vec<_>>().join(" ");
+    let words = |path: &str| read(path).split_whitespace().collect::<Vec<_>>().join(" ");
+    let papers = [PAGE, README].map(|path| (path, words(path)));
     for Figure { file: name, instead, options, on_time, says } in FIGURES {
         let mut text = read(&format!("examples/overload/{name}.toml"));
         for (old, new) in instead {
@@ -122,6 +165,9 @@ fn readme_says_what_the_files_show() {
         let tasks = report["tasks"].as_array().expect("a list").iter();
         let found: Vec<Option<u64>> = tasks.map(|task| task["on_time"].as_u64()).collect();
         assert_eq!(found, on_time.iter().copied().map(Some).collect::<Vec<_>>(), "{name}: {instead:?}");
-        assert!(readme.contains(says), "README no longer says: {says}");
+        for (paper, says) in says {
+            let said = papers.iter().any(|(path, words)| path == paper && words.contains(says));
+            assert!(said, "{paper} no longer says: {says}");
+        }
     }
 }

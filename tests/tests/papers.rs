@@ -17,6 +17,7 @@ fn papers() -> Vec<String> {
         "ARCHITECTURE.md",
         "CONTRIBUTING.md",
         "docs/glossary.md",
+        "docs/overload.md",
         "docs/paper-map.md",
         "docs/paper.md",
         "docs/targets.md",
