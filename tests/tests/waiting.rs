@@ -70,6 +70,7 @@ fn at(us: u64) -> Instant {
 fn a_late_release_is_waited_for_for_an_eighth_of_its_period() {
     let mut lane = Lane::new(Config::REDRT, None).until_16();
     assert_eq!(lane.starts(16_000), None);
+    assert!(!lane.scheduler.can_dispatch(), "the node that is ready waits");
     assert_eq!(lane.scheduler.poll_at(), Some(at(20_000)));
     // `brake` should be there at 20.
     assert_eq!((lane.starts(20_000), lane.starts(22_499)), (None, None));

@@ -58,7 +58,8 @@ pub(crate) fn run(workspace: &Workspace) -> Result<Tally, Failure> {
     workspace.cargo(&["fetch", "--locked"]).stream()?;
     let _told_by_the_row = workspace.command("rustup").args(&["target", "add"]).args(&TARGETS).stream();
     let mut log = Log::default();
-    let test = ["test", "--package", "redrt", "--test", "fault_table", "--", "--test-threads=1"];
+    // With the features of the whole workspace, by which it is built already.
+    let test = ["test", "--workspace", "--test", "fault_table", "--", "--test-threads=1"];
     let cargo = workspace.cargo(&test);
     let command = cargo.line();
     let status = cargo.observe(|line| log.read(line))?;
