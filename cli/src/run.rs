@@ -192,7 +192,11 @@ fn text(summary: &RunSummary) -> String {
         let times = [task.response_ns.p50, task.response_ns.p99, task.response_ns.max].map(time);
         tasks.row([task.name.clone()].into_iter().chain(counts).chain(times));
     }
-    let told = [given_up::by_task(&report.tasks), kept::promises(&report.tasks), kept::nodes(&report.tasks)];
+    let mut nodes = kept::nodes(&report.tasks);
+    if !nodes.is_empty() {
+        nodes += "\n\n  times from the dispatch on; `executions beyond the WCET` below counts bodies alone";
+    }
+    let told = [given_up::by_task(&report.tasks), kept::promises(&report.tasks), nodes];
     let told: String =
         told.iter().filter(|part| !part.is_empty()).map(|part| format!("\n\n{part}")).collect();
     let d = &summary.dispatch_ns;

@@ -18,7 +18,7 @@ struct Figure {
     says: &'static [(&'static str, &'static str)],
 }
 
-const FIGURES: [Figure; 15] = [
+const FIGURES: [Figure; 18] = [
     Figure {
         file: "values",
         instead: &[],
@@ -140,6 +140,27 @@ const FIGURES: [Figure; 15] = [
         on_time: &[1_640, 400, 1_177, 400],
         says: &[(PAGE, "one task has 1640 of 2000 here")],
     },
+    Figure {
+        file: "ties",
+        instead: &[],
+        options: &["--horizon", "10s"],
+        on_time: &[260, 462, 419, 499, 280],
+        says: &[(PAGE, "has 280 of 500 jobs on time beside two floors, and 500 of 500 if two other tasks")],
+    },
+    Figure {
+        file: "ties",
+        instead: &[("value = 3", "value = 5"), ("value = 2", "value = 3"), ("value = 5", "value = 2")],
+        options: &["--horizon", "10s"],
+        on_time: &[251, 86, 85, 496, 500],
+        says: &[],
+    },
+    Figure {
+        file: "wcet-too-long",
+        instead: &[],
+        options: &["--horizon", "20s", "--execution", "uniform:0.3..0.3"],
+        on_time: &[561, 2_856],
+        says: &[(PAGE, "45 of 607")],
+    },
 ];
 
 #[test]
@@ -157,6 +178,9 @@ fn what_is_said_of_overload_is_what_the_files_show() {
             assert!(text.contains(old), "{name}: {old}");
             text = text.replacen(old, new, 1);
         }
+        let command = format!("redrt sim examples/overload/{name}.toml {}", options.join(" "));
+        let is_told = text.contains(&format!("#   {}\n", command.trim_end()));
+        assert!(is_told || !instead.is_empty(), "{name} has another command than {command}");
         let path = file(&format!("{name}.toml"), text.as_bytes());
         let path = path.to_string_lossy();
         let (status, out, err) = run(&[&["sim", &path, "--json"], options].concat());

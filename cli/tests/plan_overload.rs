@@ -150,3 +150,29 @@ fn a_task_whose_node_never_fits_between_jobs_of_a_higher_value_is_told_so() {
     let (status, plan, _) = planned("fits-between.toml", &format!("{LANE}{control}{}", map(16)));
     assert_eq!((status, &plan["overload"]), (0, &Value::Null), "{plan}");
 }
+
+/// Two equals that do not fit, beside a long node that never runs.
+#[test]
+fn what_never_runs_is_not_to_blame() {
+    let task = |name: &str, wcet: u32, period: u32, deadline: u32, value: u32| {
+        format!(
+            "[[task]]\nname = \"{name}\"\ndeadline = \"{deadline}ms\"\nperiod = \"{period}ms\"\nvalue = {value}\n\
+             node = [{{ name = \"n\", wcet = \"{wcet}ms\" }}]\n"
+        )
+    };
+    let equals = task("x", 6, 10, 10, 2) + &task("y", 6, 10, 20, 2);
+    let (_, plan, _) = planned("never.toml", &format!("{LANE}{}{equals}", task("never", 24, 40, 80, 1)));
+    for name in ["x", "y"] {
+        let reason = of(&plan, name)["reason"].as_str().expect("a sentence");
+        assert!(reason.contains("its value 2 is also that of") && !reason.contains("never"), "{reason}");
+    }
+}
+
+#[test]
+fn what_comes_once_is_told_who_ranks_above_it() {
+    let once = "[[task]]\nname = \"o\"\nonce = true\ndeadline = \"20ms\"\noffset = \"1s\"\n\
+                node = [{ name = \"n\", wcet = \"15ms\" }]\n";
+    let (_, plan, _) = planned("once.toml", &format!("{LANE}{}{once}", task("c", 24, "value = 10")));
+    let reason = of(&plan, "o")["reason"].as_str().expect("a sentence");
+    assert!(reason.contains("its value 1 is below that of `c` (10)"), "{reason}");
+}

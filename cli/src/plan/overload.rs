@@ -52,7 +52,7 @@ impl Overload {
         if losses.iter().chain(from_bcet.iter().flatten()).all(|task| task.lost() == 0) {
             return Ok(None);
         }
-        let asked = Asked::of(workload, plan);
+        let asked = Asked::of(workload, plan, [&losses, from_bcet.as_deref().unwrap_or_default()]);
         let mut tasks = Vec::with_capacity(losses.len());
         for (i, losses) in losses.into_iter().enumerate() {
             let between = from_bcet.as_ref().and_then(|tasks: &Vec<Losses>| tasks.get(i));

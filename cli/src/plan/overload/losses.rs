@@ -17,6 +17,9 @@ pub(super) struct Losses {
     floor: Option<FloorMetrics>,
     #[serde(skip)]
     missed: u64,
+    /// The WCET of the longest of its nodes that ran.
+    #[serde(skip)]
+    pub(super) ran_ns: u64,
 }
 
 /// What each task of a simulated workload lost.
@@ -26,8 +29,10 @@ pub(super) fn of(report: Report) -> Vec<Losses> {
 
 impl From<TaskMetrics> for Losses {
     fn from(task: TaskMetrics) -> Self {
+        let ran = task.nodes.iter().filter(|node| node.count > 0);
+        let ran_ns = ran.map(|node| node.wcet_ns).max().unwrap_or(0);
         let TaskMetrics { name, released, on_time, given_up, floor, missed, .. } = task;
-        Self { name, released, on_time, given_up, floor, missed }
+        Self { name, released, on_time, given_up, floor, missed, ran_ns }
     }
 }
 

@@ -13,26 +13,31 @@ const WHOLE_PPM: u128 = 1_000_000;
 
 /// What each task asks of each pool: the most of all its graphs.
 pub(super) struct Asked {
-    /// By task and pool, millionths of a lane.
-    load_ppm: Vec<Vec<u128>>,
-    /// By task: the longest path of any of its graphs, and its longest node.
+    /// By task and pool, millionths of a lane; nothing where it has no node. What comes once asks for none.
+    load_ppm: Vec<Vec<Option<u128>>>,
+    /// By task: the longest path of any of its graphs, its longest node, and the longest that ran.
     longest_ns: Vec<u64>,
     node_ns: Vec<u64>,
+    ran_ns: Vec<u64>,
 }
 
 impl Asked {
-    pub(super) fn of(workload: &Workload, plan: &Plan) -> Self {
+    /// `losses` are of the simulations that showed them: what never ran there stands in nobody's way.
+    pub(super) fn of(workload: &Workload, plan: &Plan, losses: [&[Losses]; 2]) -> Self {
         let pools = workload.pools.len();
         // What could be planned has a set; without one nothing is said of load.
         let set = set::<Lab>(workload).unwrap_or_default();
-        let mut load_ppm = vec![vec![0; pools]; workload.tasks.len()];
+        let mut load_ppm = vec![vec![None; pools]; workload.tasks.len()];
         for ((load, task), planned) in load_ppm.iter_mut().zip(&workload.tasks).zip(&set.tasks) {
-            let Some(period_ns) = period_ns(task.arrival) else { continue };
+            let period_ns = period_ns(task.arrival);
             for graph in &planned.versions {
                 for (pool, most) in load.iter_mut().enumerate() {
                     let here = graph.nodes.iter().filter(|node| node.cluster == pool);
-                    let work: u128 = here.map(|node| u128::from(node.cost_ns)).sum();
-                    *most = (*most).max((work * WHOLE_PPM).div_ceil(period_ns.into()));
+                    let work = here.map(|node| u128::from(node.cost_ns)).reduce(|sum, cost| sum + cost);
+                    let asked = |work: u128| {
+                        period_ns.map_or(0, |period_ns| (work * WHOLE_PPM).div_ceil(period_ns.into()))
+                    };
+                    *most = (*most).max(work.map(asked));
                 }
             }
         }
@@ -45,11 +50,18 @@ impl Asked {
             let nodes = planned.versions.iter().flat_map(|graph| &graph.nodes);
             nodes.map(|node| node.cost_ns).max().unwrap_or(0)
         });
-        Self { load_ppm, longest_ns: plan.tasks.iter().map(longest).collect(), node_ns: node_ns.collect() }
+        let ran =
+            |task| losses.iter().filter_map(|tasks| tasks.get(task)).map(|task: &Losses| task.ran_ns).max();
+        Self {
+            load_ppm,
+            longest_ns: plan.tasks.iter().map(longest).collect(),
+            node_ns: node_ns.collect(),
+            ran_ns: (0..workload.tasks.len()).map(|task| ran(task).unwrap_or(0)).collect(),
+        }
     }
 
     fn uses(&self, task: usize, pool: usize) -> bool {
-        self.load_ppm[task][pool] > 0
+        self.load_ppm[task][pool].is_some()
     }
 
     fn meet(&self, one: usize, other: usize) -> bool {
@@ -61,7 +73,7 @@ impl Asked {
     fn busiest(&self, workload: &Workload, task: usize, of: impl Fn(usize) -> bool) -> Option<(usize, u128)> {
         let share = |pool: usize| {
             let asked: u128 =
-                (0..self.load_ppm.len()).filter(|i| of(*i)).map(|i| self.load_ppm[i][pool]).sum();
+                (0..self.load_ppm.len()).filter(|i| of(*i)).filter_map(|i| self.load_ppm[i][pool]).sum();
             (pool, asked.div_ceil(workload.pools[pool].lanes.into()))
         };
         let pools = (0..workload.pools.len()).filter(|pool| self.uses(task, *pool));
@@ -164,7 +176,7 @@ fn rank(workload: &Workload, asked: &Asked, task: usize) -> String {
     };
     let blocking = others(&|other| {
         let rival = &workload.tasks[other];
-        !is_first(rival) && !is_equal(rival) && node_ns(other) > slack_ns(task)
+        !is_first(rival) && !is_equal(rival) && asked.ran_ns[other] > slack_ns(task)
     });
     let awaited = others(&|other| {
         let rival = &workload.tasks[other];
