@@ -122,7 +122,7 @@ impl<C: Capacity> Scheduler<C> {
         if before == 0 {
             return false;
         }
-        let mut ranks = <C::Jobs<Option<(bool, bool, u32)>>>::EMPTY;
+        let mut ranks = <C::Jobs<Option<(bool, bool, u32, u32)>>>::EMPTY;
         let is_in = |slot: &usize| self.version(*slot).pool_mask & pressed != 0;
         for (_, jobs) in self.tied(those(self.in_flight, is_in)) {
             let timing = |slot: usize| &self.tasks[self.jobs[slot].task.index()].timing;
@@ -138,14 +138,14 @@ impl<C: Capacity> Scheduler<C> {
         self.band_by(self.in_flight, |one, other| ranks[one] < ranks[other])
     }
 
-    /// What orders bands: the rank, with what has started as owed as what its floor needs of its task; above the level
-    /// all are alike.
-    fn band_rank(&self, slot: usize, owed: u64, level: Option<u32>) -> (bool, bool, u32) {
+    /// What orders bands: the rank, so that a probe that is due goes before its equals, with what has started as owed as what
+    /// its floor needs of its task; above the level all are alike.
+    fn band_rank(&self, slot: usize, owed: u64, level: Option<u32>) -> (bool, bool, u32, u32) {
         let job = &self.jobs[slot];
         let is_owed =
             owed >> slot & 1 != 0 || job.started && bits(owed).any(|other| self.jobs[other].task == job.task);
-        let Rank { has_chance, value, .. } = self.rank(job, slot, self.floor_of(job));
+        let Rank { has_chance, value, due, .. } = self.rank(job, slot, self.floor_of(job));
         let is_safe = has_chance && (is_owed || Some(value) > level);
-        if is_safe { (true, true, u32::MAX) } else { (has_chance, is_owed, value) }
+        if is_safe { (true, true, u32::MAX, 0) } else { (has_chance, is_owed, value, due) }
     }
 }

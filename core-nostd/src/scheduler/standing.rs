@@ -26,7 +26,7 @@ crate::capacity::values! {
         is_owed: bool,
         pub(super) value: u32,
         /// Of a probe of a task that lost all of late: how many in a row, as far as it is remembered.
-        due: u32,
+        pub(super) due: u32,
     }
 }
 

@@ -14,7 +14,7 @@ pub(super) enum Band {
     /// Of all jobs without pressure, and of a new one until the next look.
     Lowest,
     /// In time, owed, value.
-    Ranked(bool, bool, u32),
+    Ranked(bool, bool, u32, u64),
     /// In time, and owed or of a value above the level; all where there is only one task.
     Highest,
 }
@@ -109,13 +109,13 @@ impl Sim<'_> {
 
     fn band(&self, at: usize, tied: &[usize], level: Option<u32>, now: u64) -> Band {
         let job = &self.jobs[at];
-        let (in_time, _, value, _) = self.rank(job, &[], now);
+        let (in_time, _, value, probe) = self.rank(job, &[], now);
         let owed = self.is_owed(job);
         let one_task = tied.iter().all(|&other| self.jobs[other].task == job.task);
         if one_task || in_time && (owed || Some(value) > level) {
             Band::Highest
         } else {
-            Band::Ranked(in_time, owed, value)
+            Band::Ranked(in_time, owed, value, probe)
         }
     }
 

@@ -276,6 +276,31 @@ fn none_of_equals_on_a_grid_gets_nothing() {
     assert!(on_time.iter().all(|on_time| *on_time >= 20), "{on_time:?}");
 }
 
+/// Nor where a floor comes first, whatever the order in the file.
+#[test]
+fn none_of_equals_gets_nothing_beside_a_floor() {
+    let task = |name: &str, period: u32, deadline: u32, ms: u32, rest: &str| {
+        format!(
+            "[[task]]\nname = '{name}'\nperiod = '{period}ms'\ndeadline = '{deadline}ms'\n{rest}\n\
+             node = [{{ name = 'n', wcet = '{ms}ms' }}]\n"
+        )
+    };
+    let floor = task("floor", 10, 10, 6, "floor = [1, 2]");
+    let slow = task("slow", 20, 20, 6, "value = 2");
+    let fast = task("fast", 10, 20, 6, "value = 2");
+    let short = task("short", 10, 10, 3, "value = 2");
+    for tasks in
+        [[&slow, &floor, &fast, &short], [&floor, &fast, &slow, &short], [&short, &fast, &slow, &floor]]
+    {
+        let text = format!("[[pool]]\nname = 'cpu'\nlanes = 1\n{}", tasks.map(String::as_str).concat());
+        let workload = parse(text.as_bytes(), Format::Toml, "floor.toml").unwrap_or_else(|e| panic!("{e}"));
+        let report = simulate(&workload, &options(oracle::Policy::Redrt, 20 * SECOND_NS)).expect("it fits");
+        let on_time: Vec<(&str, u64)> =
+            report.tasks.iter().map(|task| (task.name.as_str(), task.on_time)).collect();
+        assert!(on_time.iter().all(|(_, on_time)| *on_time >= 20), "{on_time:?}");
+    }
+}
+
 /// Nor does a task that has an hour keep it in mind.
 #[test]
 fn a_task_with_time_does_not_make_a_burst_last() {

@@ -127,7 +127,7 @@ fn bands_are_of_the_last_look() {
     };
     // Nobody has lost anything yet, but one is late and stays.
     assert_eq!(bands(0), [(0, Band::Highest), (1, Band::Last)]);
-    assert_eq!(bands(40), [(1, Band::Ranked(true, false, 1)), (2, Band::Highest)]);
+    assert_eq!(bands(40), [(1, Band::Ranked(true, false, 1, 0)), (2, Band::Highest)]);
     // Nothing is left of the pressure at 140.
     assert_eq!(bands(140), [(1, Band::Lowest)]);
 }
