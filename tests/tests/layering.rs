@@ -1,9 +1,7 @@
 //! The house rules that a compiler does not check, read off the sources. Every gate first has to catch a planted
 //! violation: a gate that finds nothing because it looks at nothing is worse than none.
 
-mod sources;
-
-use sources::{Source, read_all};
+use crate::sources::{Source, read_all};
 
 /// Layers of the core, lowest first: a module uses its own layer and those before it.
 const LAYERS: &[&[&str]] = &[
@@ -18,7 +16,7 @@ const LAYERS: &[&[&str]] = &[
 const CORE: &str = "core-nostd/src/";
 const SYNC: &str = "sync/src/";
 /// The whole core: a newcomer reads it in one sitting.
-const CORE_TOTAL: usize = 6_816;
+const CORE_TOTAL: usize = 6_849;
 const CORE_BUDGET: usize = 250;
 const BUDGET: usize = 400;
 

@@ -1,9 +1,7 @@
 //! Errors of the paper's algorithms, as counterexamples: sections 4.3 to 4.6. What the rule does as written stands in the
 //! test; beside it, what the scheduler makes of the same case.
 
-mod counterexamples;
-
-use counterexamples::{dag, schedule};
+use crate::counterexamples::{dag, schedule};
 use red_core::{Config, Duration, Estimator, Gate, Node, Reassign, Shed, Wcet};
 use red_sim::{Drawn, Execution, Lab, Options, Report, Row, simulate_in};
 use red_workload::model::Workload;

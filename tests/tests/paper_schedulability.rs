@@ -1,8 +1,6 @@
 //! Errors of the paper's theory, as counterexamples: sections 3.4 to 3.6.
 
-mod counterexamples;
-
-use counterexamples::{Graph, dag, edf_by_sub_deadline, level_gated, list_makespan};
+use crate::counterexamples::{Graph, dag, edf_by_sub_deadline, level_gated, list_makespan};
 use red_core::{DeadlineRule, Duration, Levels, NodeId, SubDeadlines, response_time, shares};
 
 const fn ns(time: u64) -> Duration {

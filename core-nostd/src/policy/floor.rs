@@ -79,6 +79,12 @@ impl Floor {
         lost.trailing_ones()
     }
 
+    /// How the task fared of late, the least the worst: how many of the last 16 were not lost, then how many of those that are
+    /// remembered were before the last that was not. Time bound: O(1).
+    pub(crate) fn fortune(&self) -> u8 {
+        ((RECENT - self.recently_lost()) * 8 + (MEMORY - self.lost_in_row()) / RECENT) as u8
+    }
+
     /// Lost jobs in the window that ends at `last`.
     fn lost_up_to(&self, last: u64) -> u32 {
         // What is newer than the window is shifted out; of its jobs, those newer than `newest` were not lost.

@@ -30,6 +30,8 @@ crate::capacity::stored! {
         pub(super) source: CaptureSource,
         /// Goes before keys, the greatest first.
         pub(super) band: u8,
+        /// How its task fared before it: of equal keys the least goes first.
+        pub(super) fortune: u8,
         pub(super) late: Late,
         /// By rank.
         pub(super) ready: NodeSet<C>,
@@ -60,6 +62,7 @@ pub(super) struct Release {
     pub(super) task: TaskId,
     pub(super) index: u64,
     pub(super) version: bool,
+    pub(super) fortune: u8,
     pub(super) release: Instant,
     pub(super) deadline: Instant,
     pub(super) capture: u64,
@@ -72,7 +75,7 @@ impl<C: Capacity> Job<C> {
     #[inline(always)]
     pub(super) fn begin(&mut self, new: &Release, version: &Version<C>) {
         *self = Self::EMPTY;
-        (self.task, self.index, self.version) = (new.task, new.index, new.version);
+        (self.task, self.index, self.version, self.fortune) = (new.task, new.index, new.version, new.fortune);
         self.left = version.len.into();
         (self.release, self.deadline) = (new.release, new.deadline);
         (self.capture, self.source) = (new.capture, new.source);
@@ -123,7 +126,7 @@ impl<C: Capacity> Scheduler<C> {
     pub(super) fn rank_key(&self, slot: usize, rank: usize) -> Rank {
         let job = &self.jobs[slot];
         let key = job.queue_key(self.version(slot), rank, self.residual);
-        Rank::new(key, job.release.as_nanos(), job.task.index(), job.index)
+        Rank::new(key, job.release.as_nanos(), job.fortune, job.task.index(), job.index)
     }
 
     /// Most pressing ready rank of a job in a pool.

@@ -67,9 +67,10 @@ impl<C: Capacity> Scheduler<C> {
         self.pool_numbers().filter(|pool| lanes(pool) > 0).map(share).fold(longest, u64::max)
     }
 
-    /// What is left of a rank that is not done, in nanoseconds.
+    /// What is left of a rank that is not done, in nanoseconds. Of a probe that is due, no estimate is believed.
     pub(super) fn left_of(&self, job: &Job<C>, slot: usize, rank: usize, case: Case) -> u64 {
         let (node, ref window) = self.history(job, rank);
+        let case = if case == Case::Expected && self.is_due(job) { Case::Best } else { case };
         let whole = match case {
             Case::Best => self.best_case(job, node, window),
             Case::Expected => {

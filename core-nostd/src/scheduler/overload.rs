@@ -9,7 +9,7 @@
 //! where these hold lanes already.
 //! *Time bound.* A look runs at most 4 * [`MOST`] + [`Capacity::JOBS`] + 3 forward schedules.
 
-use super::standing::{PROBE, Standing};
+use super::standing::Standing;
 use super::{Scheduler, action::ShedReason, bits, forward::Forward, outlook::Case, those};
 use crate::capacity::{Capacity, Empty};
 use crate::config::Gate;
@@ -142,7 +142,7 @@ impl<C: Capacity> Scheduler<C> {
         let others = beside.map(|y| forward.end[y]).filter(|end| *end < u64::MAX).max().unwrap_or_default();
         let latest = due.as_nanos().saturating_add_signed(task.newest().slack);
         !job.started
-            && !job.index.is_multiple_of(PROBE)
+            && !task.is_probe(job.index)
             && self.can_gain(task, task.next_job)
             && (others..forward.end[x]).contains(&latest)
     }

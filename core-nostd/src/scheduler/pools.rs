@@ -40,20 +40,21 @@ crate::capacity::stored! {
 
 crate::capacity::stored! {
     /// Key of the queues, a total order of jobs by their most pressing ready nodes: absolute key, then release, then
-    /// task order, then job index.
+    /// how the task fared of late, then task order, then job index.
     #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
     pub(crate) struct Rank {
         key: i64,
         release: u64,
-        /// Task order in the high 8 bits, job index below.
+        /// Fortune in the high 8 bits, task order in the next 8, job index below.
         tie: u64,
     }
 }
 
 impl Rank {
     #[inline(always)]
-    pub(crate) const fn new(key: i64, release: u64, task_order: usize, job_index: u64) -> Self {
-        Self { key, release, tie: (task_order as u64) << 56 | (job_index & ((1 << 56) - 1)) }
+    pub(crate) const fn new(key: i64, release: u64, fortune: u8, task_order: usize, job_index: u64) -> Self {
+        let tie = (fortune as u64) << 56 | (task_order as u64) << 48 | (job_index & ((1 << 48) - 1));
+        Self { key, release, tie }
     }
 }
 

@@ -48,6 +48,7 @@ impl<C: Capacity> Scheduler<C> {
     ) -> Result<JobId, ReleaseError> {
         self.advance(now);
         let t = self.task_slot(task).ok_or(ReleaseError::UnknownTask)?;
+        let fortune = self.fortune_of(t);
         let task_entry = &mut self.tasks[t];
         let due = release.checked_add(task_entry.timing.deadline).filter(|d| d.as_nanos() <= i64::MAX as u64);
         let deadline = due.ok_or(ReleaseError::Overflow)?;
@@ -57,7 +58,7 @@ impl<C: Capacity> Scheduler<C> {
         let current = task_entry.current;
         let (capture, source) =
             capture.map_or((self.releases + 1, CaptureSource::Job), |capture| (capture, CaptureSource::Host));
-        let new = Release { task, index, version: current, release, deadline, capture, source };
+        let new = Release { task, index, version: current, fortune, release, deadline, capture, source };
         let slot = (self.in_flight | self.ended).trailing_ones() as usize;
         let slot = if slot < C::JOBS { slot } else { self.displace(&new)? };
         self.releases += 1;

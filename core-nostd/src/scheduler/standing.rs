@@ -2,19 +2,33 @@
 //!
 //! *Rule.* By rank: who can end in time by estimates before who cannot; who is owed by a floor; the value; whose turn
 //! it is. Among equals a job that has not started goes before one that has, then more remaining work before less,
-//! weighed by how its task fared of late, then the newest.
-//! *Why nobody starves.* Each 17th job of a task is a probe: it ranks as if it could end in time, so that an estimate
-//! that is wrong gets another sample, and before its equals if more than the last 16 were lost: of several such, the one that lost
-//! the most in a row. If its nodes take too long, what was seen of them is no proof then, and its probe goes only for who is above it.
+//! weighed by how its task fared of late, then by that alone, then the newest.
+//! *Why nobody starves.* Each 17th job of a task is a probe, of each task another one: it ranks as if it could end in time, so that an
+//! estimate that is wrong gets another sample. If more than the last 16 were lost it is due: its nodes count as their best case, and it goes
+//! before its equals, of several such the one that lost the most in a row. If its nodes take too long, what was seen of them is no proof then, and its probe goes only for who is above it.
 
 use super::{Scheduler, jobs::Job, outlook::Case, tasks::Task};
 use crate::capacity::Capacity;
+use crate::config::Shed;
 use crate::policy::floor::{Floor, MEMORY, RECENT};
 use crate::time::Instant;
 use core::cmp::Reverse;
 
 /// One job in so many is a probe: a prime, or probes would meet the same jobs of others each time.
-pub(super) const PROBE: u64 = 17;
+const PROBE: i64 = 17;
+
+impl<C: Capacity> Task<C> {
+    /// Whether its job of an index is one of each so many. What tasks have to spare has those of one period take theirs at different
+    /// times, whatever their order, or one that never fits would always take the place of another's.
+    fn is_nth(&self, index: u64, of: i64) -> bool {
+        index.cast_signed().wrapping_add(self.newest().slack) % of == 0
+    }
+
+    /// Whether a job of it may be a probe.
+    pub(super) fn is_probe(&self, index: u64) -> bool {
+        self.is_nth(index, PROBE)
+    }
+}
 
 crate::capacity::values! {
     /// What a job is worth beside others, the least first.
@@ -35,7 +49,7 @@ crate::capacity::values! {
 pub(super) struct Standing {
     pub(super) rank: Rank,
     started: bool,
-    last: Reverse<(u64, Instant, usize, u64)>,
+    last: Reverse<(u64, u8, Instant, usize, u64)>,
 }
 
 impl<C: Capacity> Scheduler<C> {
@@ -44,18 +58,19 @@ impl<C: Capacity> Scheduler<C> {
         let job = &self.jobs[slot];
         let kept = RECENT - floor.recently_lost();
         let weight = self.remaining_work(job, slot).saturating_mul(u64::from(RECENT + kept));
-        let last = Reverse((weight, job.release, job.task.index(), job.index));
+        let last = Reverse((weight, floor.fortune(), job.release, job.task.index(), job.index));
         Standing { rank: self.rank(job, slot, floor), started: job.started, last }
     }
 
     /// The rank of a job, which need not be in a slot yet.
     pub(super) fn rank(&self, job: &Job<C>, slot: usize, floor: &Floor) -> Rank {
         let in_time = |case| self.can_end_in_time(job, slot, case);
-        let is_probe = job.index.is_multiple_of(PROBE) && in_time(Case::Best);
+        let task = &self.tasks[job.task.index()];
+        let is_probe = task.is_probe(job.index) && in_time(Case::Best);
         Rank {
             has_chance: is_probe || in_time(Case::Expected),
             is_owed: !floor.spares(job.index),
-            value: self.tasks[job.task.index()].timing.value,
+            value: task.timing.value,
             due: if is_probe && floor.lost_in_row() > RECENT { floor.lost_in_row() } else { 0 },
         }
     }
@@ -69,16 +84,21 @@ impl<C: Capacity> Scheduler<C> {
         (has_chance || !is_hopeless, is_owed, if due > 0 && !is_owed { u32::MAX } else { value })
     }
 
-    /// Whether what was seen of a job proves nothing: a probe of a slow task that lost more than its last 16.
+    /// Whether a job is a probe of a task that lost more than its last 16, if it can end in time.
+    pub(super) fn is_due(&self, job: &Job<C>) -> bool {
+        self.tasks[job.task.index()].is_probe(job.index) && self.floor_of(job).lost_in_row() > RECENT
+    }
+
+    /// Whether what was seen of a job proves nothing: such a one of a slow task.
     pub(super) fn is_doubted(&self, job: &Job<C>) -> bool {
-        let task = &self.tasks[job.task.index()];
-        job.index.is_multiple_of(PROBE) && task.timing.floor.lost_in_row() > RECENT && task.is_slow()
+        self.is_due(job) && self.tasks[job.task.index()].is_slow()
     }
 
     /// Whether a job may take what it is declared to take, whatever was seen: now and then, of a task that lost all that is remembered, or
     /// one slow run would keep it waiting for ever for who is owed every job.
     pub(super) fn is_forgiven(&self, job: &Job<C>) -> bool {
-        job.index.is_multiple_of(8 * PROBE) && self.floor_of(job).lost_in_row() == MEMORY
+        self.tasks[job.task.index()].is_nth(job.index, 8 * PROBE)
+            && self.floor_of(job).lost_in_row() == MEMORY
     }
 
     /// Whether a job could end in time if the lanes were its own, at best case or by estimates. Time bound: O(nodes + edges),
@@ -96,8 +116,13 @@ impl<C: Capacity> Scheduler<C> {
     /// Whether a job to come of a task could be in time alone, by its WCET and by how its last ones fared.
     pub(super) fn can_gain(&self, task: &Task<C>, index: u64) -> bool {
         let version = task.newest();
-        let may_win = task.timing.floor.recently_lost() < RECENT || index.is_multiple_of(PROBE);
+        let may_win = task.timing.floor.recently_lost() < RECENT || task.is_probe(index);
         version.slack >= 0 && version.pool_mask & self.lost == 0 && may_win
+    }
+
+    /// How a task fared of late: of two equal keys the one with less goes first.
+    pub(super) fn fortune_of(&self, t: usize) -> u8 {
+        if self.config.shed == Shed::Hopeless { self.tasks[t].timing.floor.fortune() } else { 0 }
     }
 
     pub(super) fn floor_of(&self, job: &Job<C>) -> &Floor {

@@ -31,6 +31,7 @@ crate::capacity::values! {
 crate::capacity::stored! {
     /// What a job was warned of.
     #[derive(Clone, Copy, Debug)]
+    #[repr(Rust, packed(2))] // Jobs hold many of these: more would pad each.
     pub(super) struct Late {
         /// In microseconds, rounded up; the largest number where it never ends.
         by: u32,

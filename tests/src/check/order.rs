@@ -131,7 +131,15 @@ fn starts_in_order(
         let now = unit.run.start;
         let member = |&(job, node): &(usize, usize)| order(&facts.jobs[job], node, keys[job][node]);
         let Some(first) = unit.members.iter().map(member).min() else { continue };
-        for wait in waits.iter().filter(|wait| wait.order < first && wait.to > now) {
+        // Of two that only their tasks' fortunes or their order tell apart, either may go first: what was lost does not show here.
+        let is_before = |wait: &&&Wait| {
+            let (key, release, task, index, _) = wait.order;
+            wait.order < first
+                && (!facts.policy.is_ours()
+                    || (key, release) < (first.0, first.1)
+                    || (task, index) == (first.2, first.3))
+        };
+        for wait in waits.iter().filter(is_before).filter(|wait| wait.to > now) {
             if unit.members.iter().any(|&(job, _)| may_pass(facts, job, wait.job)) {
                 continue;
             }

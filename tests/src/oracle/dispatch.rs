@@ -8,8 +8,8 @@ use super::job::{Job, State, SubId};
 use super::{MERGE_WINDOW_NS, Sim, Unit, keys};
 use crate::graph::Role;
 
-/// Order of dispatch: band, the highest first, key, release, task, job index, node index.
-pub(super) type Order = (Reverse<Place>, i128, u64, usize, u64, usize);
+/// Order of dispatch: band, the highest first, key, release, how its task fared, task, job index, node index.
+pub(super) type Order = (Reverse<Place>, i128, u64, u64, usize, u64, usize);
 
 /// What a pool starts next.
 struct Pick {
@@ -247,7 +247,7 @@ impl Sim<'_> {
 }
 
 pub(super) fn order(job: &Job, node: usize) -> Order {
-    (Reverse(job.band), job.keys[node], job.release, job.task, job.index, node)
+    (Reverse(job.band), job.keys[node], job.release, job.fortune, job.task, job.index, node)
 }
 
 /// First release of the window that holds `release`: windows begin at the first release and, each, at the

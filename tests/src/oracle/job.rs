@@ -44,6 +44,8 @@ pub(super) struct Job {
     pub(super) state: Vec<State>,
     /// Whether any node ever started, or took a kept output.
     pub(super) started: bool,
+    /// Under our policies, how its task had fared at its release.
+    pub(super) fortune: u64,
     /// As of the last look.
     pub(super) band: Place,
     /// Dispatch key of each node, on the time axis.

@@ -2,7 +2,7 @@
 
 use super::alone::{Alone, Stage};
 use super::job::{Job, State, SubId};
-use super::{JOBS_IN_FLIGHT, PROBE_EVERY, Policy, RECENT_JOBS, Sim, Unit, keys};
+use super::{JOBS_IN_FLIGHT, Policy, RECENT_JOBS, Sim, Unit, keys};
 use crate::graph::Graph;
 use std::ops::Range;
 
@@ -243,7 +243,7 @@ impl Sim<'_> {
     /// Whether a job to come of a task could be in time alone, by its costs and by how its last ones fared.
     pub(super) fn can_gain(&self, task: usize, index: u64, graph: &Graph) -> bool {
         let lost_all = self.recently_lost(task, &[]) == RECENT_JOBS;
-        self.slack(task, graph) >= 0 && (!lost_all || index.is_multiple_of(PROBE_EVERY))
+        self.slack(task, graph) >= 0 && (!lost_all || self.is_probe(task, index))
     }
 
     /// The least time of a job at its costs: its longest path, and its work in each pool over the lanes.

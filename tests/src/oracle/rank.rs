@@ -9,8 +9,9 @@ use crate::graph::Role;
 /// In time; not spared by its floor; value; of a probe of a task that only loses, how many in a row.
 pub(super) type Rank = (bool, bool, u32, u64);
 
-/// The order in which jobs go, the least first: rank, started, work, release, task, job index.
-pub(super) type Standing = (Rank, bool, Reverse<u128>, Reverse<u64>, Reverse<usize>, Reverse<u64>);
+/// The order in which jobs go, the least first: rank, started, work, how the task fared, release, task, job index.
+pub(super) type Standing =
+    (Rank, bool, Reverse<u128>, Reverse<u64>, Reverse<u64>, Reverse<usize>, Reverse<u64>);
 
 impl Sim<'_> {
     /// What remains of each node. Every execution takes the WCET, so that this is estimate and best case.
@@ -48,11 +49,17 @@ impl Sim<'_> {
     /// A probe is in time: what is certain and what is predicted are one bound here.
     pub(super) fn rank(&self, job: &Job, lost: &[usize], now: u64) -> Rank {
         let in_time = self.bound(job, now) <= job.due;
-        let probe = in_time && job.index.is_multiple_of(PROBE_EVERY);
+        let probe = in_time && self.is_probe(job.task, job.index);
         let value = self.workload.tasks[job.task].value;
         let in_row = self.lost_in_row(job.task, lost);
         let due = if probe && in_row > RECENT_JOBS { in_row } else { 0 };
         (in_time, self.floor_needs(job, lost), value, due)
+    }
+
+    /// Whether a job of a task is a probe, by its index: it and what the next job has to spare at its costs.
+    pub(super) fn is_probe(&self, task: usize, index: u64) -> bool {
+        let spare = self.slack(task, &self.tasks[task].graph);
+        (i128::from(index) + spare).rem_euclid(i128::from(PROBE_EVERY)) == 0
     }
 
     /// The place of a job in the order of who goes first, where those at the positions `lost` left or stay late.
@@ -60,12 +67,18 @@ impl Sim<'_> {
         let work: u64 = self.left(job, now).iter().sum();
         let weight = u128::from(work) * u128::from(RECENT_JOBS + self.recently_kept(job.task, lost));
         let (release, task, index) = (Reverse(job.release), Reverse(job.task), Reverse(job.index));
-        (self.rank(job, lost, now), job.started, Reverse(weight), release, task, index)
+        let fortune = Reverse(self.fortune(job.task, lost));
+        (self.rank(job, lost, now), job.started, Reverse(weight), fortune, release, task, index)
     }
 
     /// How many of the last jobs of a task, up to the newest that ended, are not lost. Those before the first are not.
     fn recently_kept(&self, task: usize, lost: &[usize]) -> u64 {
         RECENT_JOBS - self.recently_lost(task, lost)
+    }
+
+    /// How a task fared: of its last jobs those not lost, then how far back the last that was not, in steps.
+    pub(super) fn fortune(&self, task: usize, lost: &[usize]) -> u64 {
+        8 * self.recently_kept(task, lost) + (FLOOR_MEMORY - self.lost_in_row(task, lost)) / 16
     }
 
     /// How many of these are.

@@ -150,6 +150,7 @@ impl Sim<'_> {
             heights: graph.heights(|_| true),
             state: vec![State::Waiting; graph.nodes.len()],
             started: false,
+            fortune: if self.policy.is_ours() { self.fortune(task, &[]) } else { 0 },
             band: band::NEW,
             keys: keys::at_release(self.policy, &graph, now, deadline),
             latest_finish: tails.iter().map(|&tail| due - i128::from(tail)).collect(),

@@ -8,8 +8,7 @@ use super::forward::Fate;
 use super::job::Job;
 use super::rank::Standing;
 use super::{
-    LEAVE_AT_MOST, OVERLOAD_TICKS, PROBE_EVERY, Policy, QUEUE_MAX, RECENT_JOBS, Reason, Sim, TICK_NS,
-    UTILISATION_PPM,
+    LEAVE_AT_MOST, OVERLOAD_TICKS, Policy, QUEUE_MAX, RECENT_JOBS, Reason, Sim, TICK_NS, UTILISATION_PPM,
 };
 
 /// Positions of the jobs in flight during a look.
@@ -178,8 +177,9 @@ impl Sim<'_> {
     /// Whether a job is a probe of a task that lost more than its last 16 jobs and is late at its costs on lanes of its own.
     fn is_in_doubt(&self, job: &Job) -> bool {
         let graph = &self.tasks[job.task].graph;
-        let is_probe = job.index.is_multiple_of(PROBE_EVERY);
-        is_probe && self.lost_in_row(job.task, &[]) > RECENT_JOBS && self.slack(job.task, graph) < 0
+        self.is_probe(job.task, job.index)
+            && self.lost_in_row(job.task, &[]) > RECENT_JOBS
+            && self.slack(job.task, graph) < 0
     }
 
     /// Whether `x`, which has not started and is no probe, ends too late for the next job of its task, and all others beside it do
@@ -192,7 +192,7 @@ impl Sim<'_> {
         let beside = fates.iter().filter(|y| y.job != x.job && y.meets(x) && y.end < i128::MAX);
         let others = beside.map(|y| y.end).max().unwrap_or(0);
         let latest = i128::from(at) + self.slack(job.task, &graph);
-        let may_go = !job.started && !job.index.is_multiple_of(PROBE_EVERY);
+        let may_go = !job.started && !self.is_probe(job.task, job.index);
         may_go
             && self.can_gain(job.task, self.next_index(job.task), &graph)
             && others <= latest
@@ -208,7 +208,7 @@ impl Sim<'_> {
                 let ready = (0..job.state.len()).filter(|&node| job.is_ready(node, false));
                 ready.map(move |node| (urgency(job, node, now), Reverse(order(job, node))))
             });
-            let Some((_, Reverse((_, _, _, task, index, _)))) = queued.min() else { break };
+            let Some((_, Reverse((_, _, _, _, task, index, _)))) = queued.min() else { break };
             self.give_up(task, index, now, Reason::Urgency);
             if (0..self.workload.pools.len()).all(|pool| self.queue(pool).len() <= QUEUE_MAX) {
                 break;

@@ -1,7 +1,5 @@
 //! What counterexamples are made of: small graphs, and schedules by the shortest rules there are.
 
-#![allow(dead_code, reason = "each of the test programs takes a part")]
-
 use red_core::{Caps, Dag, Levels, Node, NodeId, SubDeadlines, Wcet};
 
 pub(crate) type Small = Caps<1, 16, 1, 4, 1>;

@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 use red_tests::calls::{Call, Change, Host, configurations};
 
-use crate::cases;
+use super::cases;
 
 fn change() -> impl Strategy<Value = Change> {
     prop_oneof![

@@ -4,7 +4,7 @@ use proptest::prelude::*;
 use red_core::Floor;
 use red_tests::model::is_violated;
 
-use crate::cases;
+use super::cases;
 
 /// Jobs that a floor remembers.
 const MEMORY: u64 = 128;

@@ -4,7 +4,7 @@ use proptest::prelude::*;
 use red_core::{Capacity, Caps, Contention, Dag, EdgeError, Node, NodeId, PoolId, Wcet};
 use red_tests::rng::Rng;
 
-use crate::cases;
+use super::cases;
 
 /// Graphs of up to 80 nodes in two pools.
 pub(crate) type Wide = Caps<1, 80, 4, 8, 2, 2>;

@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 use red_core::{ReadyQueue, Table};
 
-use crate::cases;
+use super::cases;
 
 #[derive(Clone, Debug)]
 enum Call {

@@ -3,8 +3,8 @@
 use proptest::prelude::*;
 use red_core::{Capacity, Dag, DeadlineRule, Duration, LevelShare, Levels, NodeId, SubDeadlines, shares};
 
-use crate::cases;
-use crate::graphs::{Wide, edges, random_graph};
+use super::cases;
+use super::graphs::{Wide, edges, random_graph};
 
 /// Deadlines from 1 ns to the longest that a task may have.
 fn deadline() -> impl Strategy<Value = u64> {

@@ -11,8 +11,8 @@ use red_tests::rng::{Shape, random_workload};
 use red_workload::model::{Part, Work, Workload};
 use red_workload::policy::Policy;
 
-use crate::cases;
-use crate::graphs::random_graph;
+use super::cases;
+use super::graphs::random_graph;
 
 /// Long enough for several jobs of most tasks.
 const HORIZON_NS: u64 = 300_000_000;

@@ -1,7 +1,7 @@
 //! A host whose clock is never a round number, beside one that is on time to the nanosecond.
 
-use crate::sets::{Set, Task, Times, Wish};
-use crate::{LOADS, VALUES};
+use super::sets::{Set, Task, Times, Wish};
+use super::{LOADS, VALUES};
 use red_core::Outcome;
 use red_tests::drive::{Drive, Watch};
 use red_workload::policy::Policy;

@@ -1,7 +1,7 @@
 //! Early warning, with random sets: whoever does not end in time was told of before, once.
 
-use crate::sets::{Set, Times, Wish};
-use crate::{LOADS, VALUES};
+use super::sets::{Set, Times, Wish};
+use super::{LOADS, VALUES};
 use red_core::{Outcome, ShedReason, Warning};
 use red_tests::drive::{Drive, Watch};
 use red_workload::policy::Policy;

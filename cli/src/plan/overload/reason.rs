@@ -201,8 +201,7 @@ fn rank(workload: &Workload, asked: &Asked, task: usize) -> String {
     }
     if !equal.is_empty() {
         parts.push(format!(
-            "its value {value} is also that of {}, and of equals the job with more work left is given up, unless its task lost \
-             more of late",
+            "its value {value} is also that of {}, and equals share what is left, as far as their nodes fit in it",
             names(&equal)
         ));
     }

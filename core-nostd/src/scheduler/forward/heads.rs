@@ -30,7 +30,7 @@ impl<C: Capacity> Heads<C> {
         let mut new = Self::EMPTY;
         let tie = |slot: u8| {
             let job = &scheduler.jobs[usize::from(slot)];
-            (job.release, job.task.index(), job.index)
+            (job.release, job.fortune, job.task.index(), job.index)
         };
         for slot in bits(group) {
             let mut at = usize::from(new.count);

@@ -16,6 +16,7 @@ fn chain_job() -> Job {
         heights: graph.heights(|_| true),
         state: vec![State::Waiting; 3],
         started: false,
+        fortune: 0,
         band: band::NEW,
         keys: at_release(Policy::RedIda, &graph, 0, 120 * MS),
         latest_finish: vec![0; 3],

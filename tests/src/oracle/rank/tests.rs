@@ -102,14 +102,15 @@ fn a_probe_ranks_higher_where_its_task_only_loses() {
         let sim = after(workload, ended, lost);
         sim.rank(&sim.new_job(0, index, 0), &[], 0)
     };
-    // What is lost for certain is no probe.
-    assert_eq!(rank(&late, 0, |_| true, 0), (false, false, 7, 0));
-    assert_eq!(rank(&late, 17, |_| true, 17), (false, false, 7, 0));
+    // A job is a probe if its index and what it has to spare, in nanoseconds, add up to a multiple of 17: 9 and -1,000,000, or 6 and
+    // 90,000,000. What is lost for certain is none.
+    assert_eq!(rank(&late, 0, |_| true, 9), (false, false, 7, 0));
+    assert_eq!(rank(&late, 17, |_| true, 26), (false, false, 7, 0));
     assert_eq!(rank(&late, 0, |_| true, 1), (false, false, 7, 0));
     assert_eq!(rank(&punctual, 0, |_| true, 1), (true, false, 7, 0));
-    assert_eq!(rank(&punctual, 17, |_| true, 17), (true, false, 7, 17));
-    assert_eq!(rank(&punctual, 17, |job| job != 0, 17), (true, false, 7, 0));
-    assert_eq!(rank(&punctual, 18, |job| job != 0, 34), (true, false, 7, 17));
+    assert_eq!(rank(&punctual, 17, |_| true, 23), (true, false, 7, 17));
+    assert_eq!(rank(&punctual, 17, |job| job != 0, 23), (true, false, 7, 0));
+    assert_eq!(rank(&punctual, 18, |job| job != 0, 40), (true, false, 7, 17));
     assert_eq!(rank(&punctual, 17, |_| true, 18), (true, false, 7, 0));
     // What is before the first job is not lost.
     assert_eq!(rank(&punctual, 16, |_| true, 17), (true, false, 7, 0));
@@ -152,7 +153,7 @@ fn who_left_counts_as_ended_and_lost() {
         let mut sim = after(&free, ended, |job| job != 0);
         let next = sim.new_job(0, ended, 0);
         sim.jobs.push(next);
-        let job = sim.new_job(0, 34, 0);
+        let job = sim.new_job(0, 40, 0);
         let Reverse(weight) = sim.standing(&job, gone, 0).2;
         (sim.rank(&job, gone, 0).3, weight / u128::from(10 * MS))
     };

@@ -170,10 +170,10 @@ fn a_late_job_that_would_make_the_next_one_late_goes_before_it_starts() {
 
 #[test]
 fn equal_tasks_take_turns() {
-    // One of two has its place. At 40 b lost its last job and a did not, at 80 both lost one.
+    // One of two has its place. At 40 b lost its last job and a did not, so that b goes first; at 80 both lost one.
     let of = |name: &str| every(once(name, 40, vec![node("n", 25, &[])]), 40);
     let both = workload(1, vec![of("a"), of("b")]);
-    let expected = ["b/0 25 hopeless", "a/1 40 overload", "b/2 105 hopeless", "a/3 120 overload"];
+    let expected = ["b/0 25 hopeless", "a/1 65 hopeless", "b/2 105 hopeless", "a/3 145 hopeless"];
     assert_eq!(sheds(&both, Policy::Redrt, 160), expected);
 }
 

@@ -2,6 +2,7 @@
 
 mod carried;
 mod clock;
+mod equals;
 mod needs;
 mod sets;
 mod told;
@@ -231,77 +232,7 @@ fn who_is_late_anyway_takes_no_lane_before_others() {
     }
 }
 
-#[test]
-fn none_of_equals_gets_nothing() {
-    for (lanes, times) in kinds() {
-        let wish = Wish { tasks: (2, 5), lanes, load_percent: 0, times, values: &[7], floors: false };
-        for (seed, set) in sets(wish, 4) {
-            let longest = set.tasks.iter().map(Task::longest_node_ns).max().unwrap_or(0);
-            let horizon = 40 * set.tasks.iter().map(|task| task.period_ns).max().unwrap_or(0);
-            let all = set.on_time(Policy::Redrt, horizon);
-            for (name, on_time, due) in &all {
-                let alone = set.part(|task| task.name == *name, longest);
-                let fits = |alone: Set| alone.on_time(Policy::Edf, horizon)[0].1 == *due;
-                assert!(
-                    *on_time > 0 || !alone.is_some_and(fits),
-                    "seed {seed}, {lanes} lanes, {times:?}: {name} has none of {due}: {all:?}"
-                );
-            }
-        }
-    }
-}
-
-/// Nor where all periods are of one grid.
-#[test]
-fn none_of_equals_on_a_grid_gets_nothing() {
-    // Period, deadline and nodes in ms; each after the one before it, or all side by side.
-    let tasks = [
-        (40, 80, [2, 2].as_slice(), false),
-        (40, 80, &[1, 5], false),
-        (20, 20, &[5, 10], true),
-        (20, 40, &[10, 1, 2], true),
-        (10, 10, &[2, 5], true),
-    ];
-    let mut text = String::from("[[pool]]\nname = 'cpu'\nlanes = 1\n");
-    for (nth, (period, deadline, nodes, is_chain)) in tasks.iter().enumerate() {
-        text += &format!("[[task]]\nname = 't{nth}'\nperiod = '{period}ms'\ndeadline = '{deadline}ms'\n");
-        for (at, ms) in nodes.iter().enumerate() {
-            let after = if *is_chain && at > 0 { format!("after = ['n{}']", at - 1) } else { String::new() };
-            text += &format!("[[task.node]]\nname = 'n{at}'\nwcet = '{ms}ms'\n{after}\n");
-        }
-    }
-    let workload = parse(text.as_bytes(), Format::Toml, "grid.toml").unwrap_or_else(|e| panic!("{e}"));
-    let report = simulate(&workload, &options(oracle::Policy::Redrt, 20 * SECOND_NS)).expect("it fits");
-    let on_time: Vec<u64> = report.tasks.iter().map(|task| task.on_time).collect();
-    assert!(on_time.iter().all(|on_time| *on_time >= 20), "{on_time:?}");
-}
-
-/// Nor where a floor comes first, whatever the order in the file.
-#[test]
-fn none_of_equals_gets_nothing_beside_a_floor() {
-    let task = |name: &str, period: u32, deadline: u32, ms: u32, rest: &str| {
-        format!(
-            "[[task]]\nname = '{name}'\nperiod = '{period}ms'\ndeadline = '{deadline}ms'\n{rest}\n\
-             node = [{{ name = 'n', wcet = '{ms}ms' }}]\n"
-        )
-    };
-    let floor = task("floor", 10, 10, 6, "floor = [1, 2]");
-    let slow = task("slow", 20, 20, 6, "value = 2");
-    let fast = task("fast", 10, 20, 6, "value = 2");
-    let short = task("short", 10, 10, 3, "value = 2");
-    for tasks in
-        [[&slow, &floor, &fast, &short], [&floor, &fast, &slow, &short], [&short, &fast, &slow, &floor]]
-    {
-        let text = format!("[[pool]]\nname = 'cpu'\nlanes = 1\n{}", tasks.map(String::as_str).concat());
-        let workload = parse(text.as_bytes(), Format::Toml, "floor.toml").unwrap_or_else(|e| panic!("{e}"));
-        let report = simulate(&workload, &options(oracle::Policy::Redrt, 20 * SECOND_NS)).expect("it fits");
-        let on_time: Vec<(&str, u64)> =
-            report.tasks.iter().map(|task| (task.name.as_str(), task.on_time)).collect();
-        assert!(on_time.iter().all(|(_, on_time)| *on_time >= 20), "{on_time:?}");
-    }
-}
-
-/// Nor does a task that has an hour keep it in mind.
+/// A task that has an hour keep it in mind.
 #[test]
 fn a_task_with_time_does_not_make_a_burst_last() {
     let task = |name: &str, rest: &str| format!("[[task]]\nname = '{name}'\n{rest}\n");
