@@ -5,7 +5,7 @@ use crate::capacity::{Capacity, Empty};
 use crate::config::{Gate, Shed};
 use crate::graph::NodeSet;
 use crate::id::{NodeId, UnitId};
-use crate::time::Instant;
+use crate::time::{Duration, Instant};
 use core::hint::cold_path;
 
 crate::error::errors! {
@@ -158,15 +158,11 @@ impl<C: Capacity> Scheduler<C> {
     #[inline(always)]
     fn observe(&mut self, slot: usize, node: NodeId, lane: usize) {
         let executed = self.executed_on(lane);
-        let task = &mut self.tasks[self.jobs[slot].task.index()];
-        let wcet = task.nodes[node.index()].wcet.get();
-        let (shift, window) = (task.shifts[node.index()], &mut task.samples[node.index()]);
-        // A slow first run proves nothing: it would keep out of its lane who has to wait for a higher rank.
-        window.push(shift, if window.is_empty() { executed.min(wcet) } else { executed });
-        let overran = executed > wcet;
-        if overran {
-            self.count_overrun(slot, node, lane);
-        }
+        let (t, n) = (self.jobs[slot].task.index(), node.index());
+        let is_within = executed <= self.tasks[t].nodes[n].wcet.get();
+        let sample = if is_within { executed } else { self.count_overrun(slot, node, lane, executed) };
+        let task = &mut self.tasks[t];
+        task.samples[n].push(task.shifts[n], sample);
     }
 
     /// Takes what each unit of a job alone has run for a sample, if that is past its WCET: the job is given up, and the rest is not seen.
@@ -180,14 +176,19 @@ impl<C: Capacity> Scheduler<C> {
         }
     }
 
+    /// Counts an overrun; the sample of it. A slow first run proves nothing: it would keep out of its lane who has to wait
+    /// for a higher rank.
     #[cold]
-    fn count_overrun(&mut self, slot: usize, node: NodeId, lane: usize) {
+    fn count_overrun(&mut self, slot: usize, node: NodeId, lane: usize, executed: Duration) -> Duration {
         self.counters.overruns += 1;
-        self.tasks[self.jobs[slot].task.index()].overran = true;
+        let t = self.jobs[slot].task.index();
+        self.tasks[t].overran = true;
         if self.config.shed == Shed::Hopeless {
             // Until it has settled nobody knows what it blocks.
             self.pools.as_mut().iter_mut().for_each(|pool| pool.is_plain = false);
         }
         self.note_node(EventKind::Overran, slot, node, lane);
+        let is_first = self.tasks[t].samples[node.index()].is_empty();
+        if is_first { self.tasks[t].nodes[node.index()].wcet.get() } else { executed }
     }
 }
