@@ -127,17 +127,16 @@ fn starts_in_order(
     keys: &[Vec<i128>],
     waits: &[&Wait],
 ) -> Result<(), String> {
+    let loses: Vec<bool> = (0..facts.workload.tasks.len()).map(|task| loses(facts, task)).collect();
     for unit in units.iter().filter(|unit| unit.pool == pool) {
         let now = unit.run.start;
         let member = |&(job, node): &(usize, usize)| order(&facts.jobs[job], node, keys[job][node]);
         let Some(first) = unit.members.iter().map(member).min() else { continue };
-        // Of two that only their tasks' fortunes or their order tell apart, either may go first: what was lost does not show here.
+        // Of two that only their tasks' fortunes or their order tell apart, either may go first once a task has lost jobs.
         let is_before = |wait: &&&Wait| {
             let (key, release, task, index, _) = wait.order;
-            wait.order < first
-                && (!facts.policy.is_ours()
-                    || (key, release) < (first.0, first.1)
-                    || (task, index) == (first.2, first.3))
+            let is_told = (key, release) < (first.0, first.1) || (task, index) == (first.2, first.3);
+            wait.order < first && (is_told || !facts.policy.is_ours() || !(loses[task] || loses[first.2]))
         };
         for wait in waits.iter().filter(is_before).filter(|wait| wait.to > now) {
             if unit.members.iter().any(|&(job, _)| may_pass(facts, job, wait.job)) {
@@ -162,6 +161,13 @@ fn starts_in_order(
         }
     }
     Ok(())
+}
+
+/// Whether a task has a job that was given up, is late, or has not ended.
+fn loses(facts: &Facts<'_>, task: usize) -> bool {
+    let is_late = |end: u64, release: u64| end > release + facts.workload.tasks[task].deadline_ns;
+    let mut jobs = facts.jobs.iter().filter(|job| job.task == task);
+    jobs.any(|job| job.shed.is_some() || job.end.is_none_or(|end| is_late(end, job.release)))
 }
 
 /// Whether nodes of a job may go before those of another one that have smaller keys: under pressure (8.10), by rank or deadline.
