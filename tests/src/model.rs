@@ -41,6 +41,8 @@ pub struct Model<'a> {
     lanes: BTreeMap<usize, OnLane>,
     /// When each task last released a job.
     released: Vec<Option<u64>>,
+    /// Whether a job of the newest graph of each task is late even alone.
+    newest_is_late: Vec<bool>,
     /// Units started.
     pub dispatches: u32,
     /// Of them, those of several encoders.
@@ -58,7 +60,8 @@ impl<'a> Model<'a> {
         }
         let (jobs, lanes) = (BTreeMap::new(), BTreeMap::new());
         let released = vec![None; workload.tasks.len()];
-        Self { workload, periods, jobs, lanes, released, dispatches: 0, merges: 0 }
+        let newest_is_late = vec![false; workload.tasks.len()];
+        Self { workload, periods, jobs, lanes, released, newest_is_late, dispatches: 0, merges: 0 }
     }
 
     /// Whether a lane may be left idle instead of starting the node: before it would end, a job of a larger value, or one with
@@ -67,14 +70,8 @@ impl<'a> Model<'a> {
         let tasks = &self.workload.tasks;
         let job = &self.jobs[&(task, index)];
         let end = now + job.node(node).cost();
-        let nodes = || job.dag.nodes().map(NodeId::index);
-        let share = |pool: usize| {
-            let costs = nodes().map(|node| job.node(node)).filter(|node| node.pool().index() == pool);
-            costs.map(Node::cost).sum::<u64>().div_ceil(self.workload.pools[pool].lanes.into())
-        };
-        let paths = nodes().map(|node| job.node(node).cost() + job.tails[node]);
-        let least = (0..self.workload.pools.len()).map(share).chain(paths).max();
-        let is_lost = least > Some(job.deadline - job.release);
+        // A new graph says of the jobs of the old one, too, whether the task can be in time.
+        let is_lost = self.is_late_alone(task, &job.dag) || self.newest_is_late[task];
         let pool = job.node(node).pool();
         let is_above = |other: &Task| is_lost || other.value > tasks[task].value || other.floor.is_some();
         let is_next = tasks.iter().zip(&self.released).any(|(other, released)| {
@@ -96,6 +93,19 @@ impl<'a> Model<'a> {
             },
         );
         is_next || nodes.any(|node| !ready.contains(&node))
+    }
+
+    /// Whether a job of a task with such a graph is late at WCET even on lanes of its own.
+    fn is_late_alone(&self, task: usize, dag: &Dag<Lab>) -> bool {
+        let levels = Levels::of(dag);
+        let cost = |id: NodeId| dag.node(id).map_or(0, Node::cost);
+        let share = |pool: usize| {
+            let here = dag.nodes().filter(|id| dag.node(*id).is_some_and(|node| node.pool().index() == pool));
+            here.map(cost).sum::<u64>().div_ceil(self.workload.pools[pool].lanes.into())
+        };
+        let paths = dag.nodes().map(|id| cost(id) + levels.tail(id));
+        let least = (0..self.workload.pools.len()).map(share).chain(paths).max();
+        least > Some(self.workload.tasks[task].deadline_ns)
     }
 
     /// Nodes that could start: precedence holds, and no running unit computes their frame.
@@ -265,6 +275,10 @@ impl Watch for Model<'_> {
     }
 
     fn told(&mut self, scheduler: &Scheduler<Lab>, events: &[Event]) {
+        for edited in events.iter().filter(|event| event.kind == EventKind::Edited) {
+            let dag = scheduler.edit(edited.task).expect("admitted");
+            self.newest_is_late[edited.task.index()] = self.is_late_alone(edited.task.index(), &dag);
+        }
         self.apply(events);
         self.check_memory(scheduler);
     }
