@@ -323,8 +323,9 @@ impl Host {
         let limited = self.raw.config().memory.is_some();
         let usable = self.retired.iter().filter(|retired| !**retired).count();
         let idles = self.live.len() < usable && self.raw.ready_sub_jobs() > 0;
-        // So does one that waits for another sub-job, until an instant that is told.
-        let waits = self.raw.config().gate == Gate::Lookahead && due.is_some();
+        // So does one that waits for another sub-job, until an instant that is told or what runs ends.
+        let may_wait = self.raw.config().gate == Gate::Lookahead || self.raw.config().shed == Shed::Hopeless;
+        let waits = may_wait && (due.is_some() || !self.live.is_empty());
         assert!(limited || waits || !idles, "a lane idles beside a ready sub-job");
     }
 

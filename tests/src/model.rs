@@ -32,6 +32,19 @@ struct OnLane {
     encoder: Option<FrameKey>,
 }
 
+/// The newest graph of a task.
+#[derive(Clone, Default)]
+struct Newest {
+    work: u64,
+    /// Whether a job of it is late even alone.
+    is_late_alone: bool,
+}
+
+/// The costs of all nodes together.
+fn work(dag: &Dag<Lab>) -> u64 {
+    dag.nodes().filter_map(|id| dag.node(id)).map(Node::cost).sum()
+}
+
 /// Judges a run under REDRT in which every node takes its WCET.
 pub struct Model<'a> {
     workload: &'a Workload,
@@ -41,8 +54,7 @@ pub struct Model<'a> {
     lanes: BTreeMap<usize, OnLane>,
     /// When each task last released a job.
     released: Vec<Option<u64>>,
-    /// Whether a job of the newest graph of each task is late even alone.
-    newest_is_late: Vec<bool>,
+    newest: Vec<Newest>,
     /// Units started.
     pub dispatches: u32,
     /// Of them, those of several encoders.
@@ -60,39 +72,51 @@ impl<'a> Model<'a> {
         }
         let (jobs, lanes) = (BTreeMap::new(), BTreeMap::new());
         let released = vec![None; workload.tasks.len()];
-        let newest_is_late = vec![false; workload.tasks.len()];
-        Self { workload, periods, jobs, lanes, released, newest_is_late, dispatches: 0, merges: 0 }
+        let newest = vec![Newest::default(); workload.tasks.len()];
+        Self { workload, periods, jobs, lanes, released, newest, dispatches: 0, merges: 0 }
     }
 
-    /// Whether a lane may be left idle instead of starting the node: before it would end, a job of a larger value, or one with
-    /// a floor, is to be released, or should have been, or has a node there that is not ready; or any, where the node's job would be late at WCET on lanes of its own.
+    /// Whether a lane may be left idle instead of starting the node: a job of a larger value, or one with a floor, has a node there that has
+    /// not started, or is to be released before the node and what is above would end, or should have been; or any job, where the node's
+    /// would be late at WCET on lanes of its own.
     fn awaits_rank(&self, (task, index, node): (usize, u64, usize), now: u64) -> bool {
         let tasks = &self.workload.tasks;
         let job = &self.jobs[&(task, index)];
         let end = now + job.node(node).cost();
         // A new graph says of the jobs of the old one, too, whether the task can be in time.
-        let is_lost = self.is_late_alone(task, &job.dag) || self.newest_is_late[task];
+        let is_lost = self.is_late_alone(task, &job.dag) || self.newest[task].is_late_alone;
         let pool = job.node(node).pool();
-        let is_above = |other: &Task| is_lost || other.value > tasks[task].value || other.floor.is_some();
-        let is_next = tasks.iter().zip(&self.released).any(|(other, released)| {
-            let (Arrival::Periodic { period_ns: gap } | Arrival::Sporadic { min_interarrival_ns: gap }) =
-                other.arrival
-            else {
-                return false;
-            };
-            let is_near = |at: u64| at + gap < end && now < at + gap + other.deadline_ns.max(gap / 8);
-            is_above(other) && released.is_some_and(is_near)
-        });
-        // A frame that runs elsewhere has to end first, too.
-        let ready: Vec<_> = self.ready().collect();
-        let mut nodes = self.jobs.iter().filter(|((task, _), _)| is_above(&tasks[*task])).flat_map(
-            |((task, index), job)| {
-                let open = job.dag.nodes().map(NodeId::index).filter(|node| !job.done.contains(node));
-                let here = open.filter(|node| job.node(*node).pool() == pool && !job.running.contains(node));
-                here.map(|node| (*task, *index, node))
-            },
-        );
-        is_next || nodes.any(|node| !ready.contains(&node))
+        let is_above = |other: usize| {
+            let Task { value, floor, .. } = &tasks[other];
+            other != task && (is_lost || *value > tasks[task].value || floor.is_some())
+        };
+        let above = || self.jobs.iter().filter(|((task, _), _)| is_above(*task)).map(|(_, job)| job);
+        let has_to_start = |job: &Job| {
+            let open = job.dag.nodes().map(NodeId::index).filter(|node| !job.done.contains(node));
+            open.filter(|node| !job.running.contains(node)).any(|node| job.node(node).pool() == pool)
+        };
+        // When each task releases next, again and again, and the work of one job.
+        let next = || {
+            (0..tasks.len()).filter(|other| is_above(*other)).filter_map(|other| {
+                let (Arrival::Periodic { period_ns: gap } | Arrival::Sporadic { min_interarrival_ns: gap }) =
+                    tasks[other].arrival
+                else {
+                    return None;
+                };
+                let at = self.released[other]? + gap;
+                let is_expected = now < at + tasks[other].deadline_ns.max(gap / 8);
+                is_expected.then_some((at, gap, self.newest[other].work))
+            })
+        };
+        let lanes = u64::from(self.workload.pools[pool.index()].lanes);
+        let in_flight: u64 = above().map(|job| work(&job.dag)).sum();
+        let mut horizon = end;
+        for _ in 0..6 {
+            let jobs =
+                |(at, gap, work): (u64, u64, u64)| work * horizon.saturating_sub(at).div_ceil(gap).min(16);
+            horizon = end + lanes * (in_flight + next().map(jobs).sum::<u64>());
+        }
+        above().any(has_to_start) || next().any(|(at, ..)| at < horizon)
     }
 
     /// Whether a job of a task with such a graph is late at WCET even on lanes of its own.
@@ -106,6 +130,10 @@ impl<'a> Model<'a> {
         let paths = dag.nodes().map(|id| cost(id) + levels.tail(id));
         let least = (0..self.workload.pools.len()).map(share).chain(paths).max();
         least > Some(self.workload.tasks[task].deadline_ns)
+    }
+
+    fn has_newest(&mut self, task: usize, dag: &Dag<Lab>) {
+        self.newest[task] = Newest { work: work(dag), is_late_alone: self.is_late_alone(task, dag) };
     }
 
     /// Nodes that could start: precedence holds, and no running unit computes their frame.
@@ -247,6 +275,7 @@ impl Watch for Model<'_> {
     fn released(&mut self, scheduler: &Scheduler<Lab>, task: usize, index: u64, now: u64) {
         let id = red_core::TaskId::from_bits(task as u32);
         let dag = Box::new(scheduler.edit(id).expect("admitted"));
+        self.has_newest(task, &dag);
         let levels = Levels::of(&dag);
         let tails = (0..=u8::MAX).map(|node| levels.tail(NodeId::new(node))).collect();
         let deadline = now + self.workload.tasks[task].deadline_ns;
@@ -277,7 +306,7 @@ impl Watch for Model<'_> {
     fn told(&mut self, scheduler: &Scheduler<Lab>, events: &[Event]) {
         for edited in events.iter().filter(|event| event.kind == EventKind::Edited) {
             let dag = scheduler.edit(edited.task).expect("admitted");
-            self.newest_is_late[edited.task.index()] = self.is_late_alone(edited.task.index(), &dag);
+            self.has_newest(edited.task.index(), &dag);
         }
         self.apply(events);
         self.check_memory(scheduler);

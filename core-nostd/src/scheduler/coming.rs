@@ -1,6 +1,6 @@
 //! What soon takes a lane, in the order in which it does.
 
-use super::spread::Need;
+use super::{Scheduler, bits, spread::Need};
 use crate::capacity::{Capacity, Empty};
 
 crate::capacity::stored! {
@@ -14,22 +14,24 @@ crate::capacity::stored! {
         pub(super) outranks: bool,
         /// Of the head, or of all of a job of a higher rank that has not started, in bytes.
         pub(super) memory: u64,
+        /// How many jobs of its task come before its job.
+        pub(super) nth: u64,
     }
 }
 
-/// What comes before the head ends; as many as jobs have places, the first by key.
+/// What the head meets by key; as many as jobs have places, the next jobs of each task before those after them.
 #[derive(Debug)]
 pub(super) struct Coming<C: Capacity> {
     soon: C::Jobs<Soon>,
     count: usize,
     head: Soon,
-    /// Whether what is ready counts too, of a higher rank: it wants no lane of the head's, but it may want its memory.
-    is_limited: bool,
+    /// Of all of a higher rank, in nanoseconds.
+    work: u64,
 }
 
 impl<C: Capacity> Coming<C> {
-    pub(super) fn new(head: Soon, is_limited: bool) -> Self {
-        Self { soon: Empty::EMPTY, count: 0, head, is_limited }
+    pub(super) fn new(head: Soon) -> Self {
+        Self { soon: Empty::EMPTY, count: 0, head, work: 0 }
     }
 
     /// When the head ends.
@@ -37,11 +39,17 @@ impl<C: Capacity> Coming<C> {
         self.head.at.saturating_add(self.head.cost)
     }
 
+    /// Until when a lane may be late because of the head, if so many had to do all of a higher rank that came so far behind it.
+    pub(super) fn horizon(&self, lanes: u32) -> u64 {
+        self.end().saturating_add(self.work.div_ceil(lanes.max(1).into()))
+    }
+
+    /// Takes in a node of a higher rank; another one if it is ready before the head ends, and more pressing.
     pub(super) fn meet(&mut self, mut node: Soon) {
         let (now, end) = (self.head.at, self.end());
-        let before = if node.outranks { signed(end) } else { self.head.key.min(signed(end)) };
-        let is_soon = node.at > now || self.is_limited && node.outranks;
-        if is_soon && node.at < end && node.key < before {
+        self.work = self.work.saturating_add(if node.outranks { node.cost } else { 0 });
+        let is_soon = node.at > now && node.at < end && node.key < self.head.key.min(signed(end));
+        if (node.outranks || is_soon) && self.has_place_for(&node) {
             for place in self.soon.as_mut().iter_mut().take(self.count) {
                 (*place, node) = (node.min(*place), node.max(*place));
             }
@@ -52,22 +60,57 @@ impl<C: Capacity> Coming<C> {
         }
     }
 
-    /// Of a job of a higher rank all lanes that it needs after some instant, at the earliest from another one on; `may_replace`: where
-    /// there is no place, of a later key.
-    pub(super) fn meet_need(&mut self, after: u64, earliest: u64, need: &Need<C>, may_replace: bool) {
-        for (from, cost) in need.lanes() {
-            if !may_replace && self.count == C::JOBS {
-                return;
+    /// Whether there is a place; where all are taken, that of the last job goes, if that comes after this node's.
+    fn has_place_for(&mut self, node: &Soon) -> bool {
+        if self.count < C::JOBS {
+            return true;
+        }
+        let order = |node: &Soon| (node.nth, *node);
+        let Some(last) = self.iter().max_by_key(|node| order(node)).copied() else { return false };
+        let is_sooner = order(node) < order(&last);
+        if is_sooner {
+            let mut moved = Soon::EMPTY;
+            for place in self.soon.as_mut().iter_mut().take(self.count).rev() {
+                core::mem::swap(place, &mut moved);
+                if moved == last {
+                    break;
+                }
             }
+            self.count -= 1;
+        }
+        is_sooner
+    }
+
+    /// Of a job of a higher rank all lanes that it needs after some instant, at the earliest from another one on.
+    pub(super) fn meet_need(&mut self, after: u64, earliest: u64, nth: u64, need: &Need<C>) {
+        for (from, cost) in need.lanes() {
             let from = after.saturating_add(from);
             let at = from.max(earliest);
             let key = signed(from).saturating_add(need.spare).max(signed(at));
-            self.meet(Soon { key, at, cost, outranks: true, memory: need.memory });
+            self.meet(Soon { key, at, cost, outranks: true, memory: need.memory, nth });
         }
     }
 
     pub(super) fn iter(&self) -> impl Iterator<Item = &Soon> {
         self.soon.as_ref().iter().take(self.count)
+    }
+}
+
+impl<C: Capacity> Scheduler<C> {
+    /// When each lane has run the cost of its unit, if a job in flight needs it, and of what waits on it.
+    pub(super) fn lanes_end(&self) -> C::Lanes<u64> {
+        let now = self.now.as_nanos();
+        let mut ends = <C::Lanes<u64>>::EMPTY;
+        for (slot, rank) in self.slots().flat_map(|s| self.jobs[s].running.iter().map(move |r| (s, r))) {
+            let lane = usize::from(self.jobs[slot].place[rank]);
+            let left = self.node(slot, rank).cost().saturating_sub(self.executed_on(lane).as_nanos());
+            ends[lane] = ends[lane].max(now.saturating_add(left));
+        }
+        for lane in bits(self.promised.into()) {
+            let left = self.promised_cost(lane);
+            ends[lane] = ends[lane].max(now).saturating_add(left);
+        }
+        ends
     }
 }
 

@@ -7,16 +7,16 @@
 //! the head has taken one, and once before it. If one starts after its key in the first case only, and the head not after
 //! its own in the second, the pool starts nothing until something happens or that node should be ready.
 //! Under pressure those that would not go before the head all the same are left out.
-//! *Of a higher rank.* Whatever the gate, the lanes that a job in flight of a higher rank needs later, and those of the next 16 jobs of a
-//! task that has less to spare than the head takes, count whatever the head's key is, and the head waits for them even if it is late by that; others that
-//! are ready and need not wait go before it. In a pool of limited memory all such jobs count, and the head is also in the way where its
+//! *Of a higher rank.* Whatever the gate, the lanes that a job in flight of a higher rank needs from now on, and those of the next 16 jobs of such a
+//! task, count whatever the head's key is, as far as the head can delay one because of another. The head waits for them even if it is late by
+//! that; others that are ready and need not wait go before it. In a pool of limited memory the head is also in the way where its
 //! memory and theirs do not fit. A late release is waited for for an eighth of its period. What cannot be in time alone, or lost all of
 //! late, is waited for by nobody, but for one probe in 17; and if its nodes take too long, it waits for everybody.
 //! *Why it ends.* A head that may be late for its key waits no longer, and each wait ends at an instant that is told, or with what runs.
 //! For a higher rank it waits as long as it would take a lane of its; but a probe only for what a floor cannot spare.
 
 use super::coming::{Coming, Soon, signed, take};
-use super::{Scheduler, bits, tasks::Task};
+use super::{Scheduler, bits};
 use crate::capacity::{Capacity, Empty};
 use crate::config::{Gate, Shed};
 use crate::id::UnitId;
@@ -27,6 +27,9 @@ const PATIENCE: u64 = 8;
 
 /// Jobs to come of a task that are waited for.
 const AHEAD: u64 = 16;
+
+/// So many times what comes makes the head's reach longer.
+const ROUNDS: u32 = 5;
 
 /// Until something happens, at an instant that nobody knows.
 const NEXT_EVENT: u64 = u64::MAX - 1;
@@ -54,7 +57,12 @@ impl<C: Capacity> Scheduler<C> {
     ) -> Option<UnitId> {
         let (slot, rank) = self.unheld(pool, slot, rank)?;
         let is_limited = self.pools[pool].limited;
-        let (slot, rank) = if is_limited { self.fitting(pool, slot, rank)? } else { (slot, rank) };
+        let fitting = if is_limited { self.fitting(pool, slot, rank) } else { Some((slot, rank)) };
+        if fitting.is_none() && self.config.shed == Shed::Hopeless {
+            // Who could overtake may have had to wait.
+            self.look_again(NEXT_EVENT);
+        }
+        let (slot, rank) = fitting?;
         self.reopen();
         let version = self.version(slot);
         let is_special = version.encoders.contains(rank) || version.decoders.contains(rank);
@@ -70,13 +78,17 @@ impl<C: Capacity> Scheduler<C> {
     /// The head if it may start; else the first node that may, or none.
     fn unheld(&mut self, pool: usize, slot: usize, rank: usize) -> Option<(usize, usize)> {
         if let Some(wait) = self.wait_of(pool, slot, rank) {
-            self.monitor.wake = self.monitor.wake.min(Instant::from_nanos(wait.until));
-            self.alarm = self.alarm.min(self.monitor.wake);
-            // Whatever ends next on a lane has all pools looked at again.
-            self.lanes.as_mut().iter_mut().for_each(|lane| lane.leads = true);
+            self.look_again(wait.until);
             return self.instead(pool, wait);
         }
         Some((slot, rank))
+    }
+
+    /// All pools are looked at again at an instant, or before, when whatever ends next on a lane.
+    fn look_again(&mut self, until: u64) {
+        self.monitor.wake = self.monitor.wake.min(Instant::from_nanos(until));
+        self.alarm = self.alarm.min(self.monitor.wake);
+        self.lanes.as_mut().iter_mut().for_each(|lane| lane.leads = true);
     }
 
     /// What a pool starts whose head waits.
@@ -110,26 +122,23 @@ impl<C: Capacity> Scheduler<C> {
         let (now, is_pressed, lanes) = (self.now.as_nanos(), self.is_pressed(pool), p.lanes);
         let key_of = |slot: usize, rank| self.jobs[slot].key_of(self.version(slot), rank, self.residual);
         let (key, cost) = (key_of(slot, rank), self.at_most(slot, rank));
-        let head = Soon { key, at: now, cost, outranks: false, memory: self.node(slot, rank).memory.0 };
-        let (mut coming, end) = (Coming::<C>::new(head, p.limited), now.saturating_add(cost));
+        let head =
+            Soon { key, at: now, cost, outranks: false, memory: self.node(slot, rank).memory.0, nth: 0 };
+        let mut coming = Coming::<C>::new(head);
         let job = &self.jobs[slot];
-        let (band, timing) = (job.band, &self.tasks[job.task.index()].timing);
+        let (band, own_task, timing) = (job.band, job.task, &self.tasks[job.task.index()].timing);
         let own = if blocks { self.beside_next(slot) } else { (true, true, u32::MAX) };
         // Most heads meet nobody: the lanes are looked at for the others.
         let ends = looks.then(|| self.lanes_end());
-        let longest = self.node(slot, rank).cost().max(head.cost);
-        let is_blocked = |task: &Task<C>| blocks && (p.limited || task.is_blocked_by(longest));
         for other in self.slots() {
             let (job, version) = (&self.jobs[other], self.version(other));
             let undone = version.in_pool[pool].without(&job.done).without(&job.running);
-            let to_come = if p.limited { undone } else { undone.without(&job.ready) };
-            let task = &self.tasks[job.task.index()];
             let is_above = || {
                 let (has_hope, is_owed, _) = self.beside_next(other);
-                (has_hope, is_owed, task.timing.value) > own
+                (has_hope, is_owed, self.tasks[job.task.index()].timing.value) > own
             };
-            if !to_come.is_empty() && is_blocked(task) && is_above() {
-                coming.meet_need(now, 0, &self.need_of(pool, other), true);
+            if blocks && !undone.is_empty() && job.task != own_task && is_above() {
+                coming.meet_need(now, 0, 0, &self.need_of(pool, other));
             } else if let Some(ends) = ends.as_ref().filter(|_| job.band >= band) {
                 for rank in undone.iter() {
                     let runs = job.running.iter().filter(|r| version.successors[*r].contains(rank));
@@ -137,47 +146,63 @@ impl<C: Capacity> Scheduler<C> {
                     let (count, at) = before.fold((0, 0), |(count, at), end| (count + 1, end.max(at)));
                     if count == job.waiting_for[rank] {
                         let cost = self.node(other, rank).cost();
-                        coming.meet(Soon { key: key_of(other, rank), at, cost, outranks: false, memory: 0 });
+                        coming.meet(Soon {
+                            key: key_of(other, rank),
+                            at,
+                            cost,
+                            outranks: false,
+                            memory: 0,
+                            nth: 0,
+                        });
                     }
                 }
             }
         }
-        let tasks = || self.tasks.as_ref().iter().filter(|task| task.admitted && task.next_job > 0);
-        // The next job of each first, for those after it take the places that are left.
-        for (task, turn) in tasks().map(|task| (task, 0..1)).chain(tasks().map(|task| (task, 1..AHEAD))) {
-            let Some(period) = task.timing.period() else { continue };
-            let (version, value) = (task.newest(), task.timing.value);
-            let due = |nth: u64| {
-                let after = period.as_nanos().saturating_mul(nth + 1);
-                task.released.saturating_add(Duration::from_nanos(after)).as_nanos()
-            };
-            let patience = due(0).saturating_add(period.as_nanos() / PATIENCE);
-            // What comes once the head has ended does not wait for it, and who does not come may have stopped.
-            if due(turn.start) >= end || patience <= now {
-                continue;
+        let tasks = || {
+            let others = self.tasks.as_ref().iter().enumerate();
+            others.filter(|(_, task)| task.admitted && task.next_job > 0)
+        };
+        let mut met = 0;
+        for _ in 0..ROUNDS {
+            // What comes once nobody is late any more because of the head does not wait for it.
+            let (end, horizon) = (coming.end(), coming.horizon(lanes.count_ones()));
+            if horizon == met {
+                break;
             }
-            let is_above = |nth: u64| {
-                let index = task.next_job + nth;
-                (true, !task.timing.floor.spares(index), value) > own && self.can_gain(task, index)
-            };
-            if is_blocked(task) && (true, true, value) > own {
+            for (t, task) in tasks() {
+                let Some(period) = task.timing.period() else { continue };
+                let (version, value) = (task.newest(), task.timing.value);
+                let due = |nth: u64| {
+                    let after = period.as_nanos().saturating_mul(nth + 1);
+                    task.released.saturating_add(Duration::from_nanos(after)).as_nanos()
+                };
+                let patience = due(0).saturating_add(period.as_nanos() / PATIENCE);
+                // Who does not come may have stopped.
+                if due(0) >= horizon || patience <= now {
+                    continue;
+                }
+                let is_above = |nth: u64| {
+                    let index = task.next_job + nth;
+                    let is_above = (true, !task.timing.floor.spares(index), value) > own;
+                    t != own_task.index() && is_above && self.can_gain(task, index)
+                };
                 let mut need = None;
-                for nth in turn.clone().take_while(|nth| due(*nth) < end).filter(|nth| is_above(*nth)) {
+                let comes = (0..AHEAD).filter(|nth| (met..horizon).contains(&due(*nth)));
+                for nth in comes.filter(|nth| is_above(*nth)) {
                     let need = need.get_or_insert_with(|| self.need_of_next(pool, task));
                     let earliest = if nth > 0 || due(0) > now { 0 } else { patience };
-                    coming.meet_need(due(nth), earliest, need, nth == 0);
+                    coming.meet_need(due(nth), earliest, nth, need);
+                }
+                let foresees = looks && met == 0 && !is_above(0) && due(0) < end;
+                if foresees && !(is_pressed && value < timing.value) {
+                    for rank in version.sources.and(&version.in_pool[pool]).iter() {
+                        let cost = task.nodes[usize::from(version.order[rank])].cost();
+                        let key = signed(due(0)).saturating_add(version.key[rank]);
+                        coming.meet(Soon { key, at: due(0), cost, outranks: false, memory: 0, nth: 0 });
+                    }
                 }
             }
-            if turn.start > 0 || !looks || is_pressed && value < timing.value {
-                continue;
-            }
-            if !(is_blocked(task) && is_above(0)) {
-                for rank in version.sources.and(&version.in_pool[pool]).iter() {
-                    let cost = task.nodes[usize::from(version.order[rank])].cost();
-                    let key = signed(due(0)).saturating_add(version.key[rank]);
-                    coming.meet(Soon { key, at: due(0), cost, outranks: false, memory: 0 });
-                }
-            }
+            met = horizon;
         }
         coming.iter().next()?;
         let ends = ends.unwrap_or_else(|| self.lanes_end());
@@ -203,8 +228,7 @@ impl<C: Capacity> Scheduler<C> {
         let (mut until, mut until_above) = (u64::MAX, u64::MAX);
         for node in coming.iter() {
             let is_ready = node.at <= now;
-            let take = |free| if is_ready { node.key } else { take::<C>(free, node) };
-            let (late, in_time) = (take(&mut behind), take(&mut free));
+            let (late, in_time) = (take::<C>(&mut behind, node), take::<C>(&mut free, node));
             let is_crowded = p.limited && held(node.key).saturating_add(node.memory) > p.budget;
             if (late > node.key || is_crowded) && in_time <= node.key {
                 let at = if is_ready { NEXT_EVENT } else { node.at };
@@ -215,21 +239,5 @@ impl<C: Capacity> Scheduler<C> {
         let is_in_time = take::<C>(&mut free, &head) <= head.key;
         let until = if is_in_time { until } else { until_above };
         (until < u64::MAX).then_some(Wait { until, closes: until_above == u64::MAX })
-    }
-
-    /// When each lane has run the cost of its unit, if a job in flight needs it, and of what waits on it.
-    fn lanes_end(&self) -> C::Lanes<u64> {
-        let now = self.now.as_nanos();
-        let mut ends = <C::Lanes<u64>>::EMPTY;
-        for (slot, rank) in self.slots().flat_map(|s| self.jobs[s].running.iter().map(move |r| (s, r))) {
-            let lane = usize::from(self.jobs[slot].place[rank]);
-            let left = self.node(slot, rank).cost().saturating_sub(self.executed_on(lane).as_nanos());
-            ends[lane] = ends[lane].max(now.saturating_add(left));
-        }
-        for lane in bits(self.promised.into()) {
-            let left = self.promised_cost(lane);
-            ends[lane] = ends[lane].max(now).saturating_add(left);
-        }
-        ends
     }
 }

@@ -1,6 +1,6 @@
 //! Pools of lanes, and the sensors whose captures jobs share.
 
-use super::{Scheduler, action::ShedReason, bits, tasks::Task};
+use super::{Scheduler, action::ShedReason, bits};
 use crate::capacity::{Capacity, Empty};
 use crate::config::Shed;
 use crate::graph::Levels;
@@ -19,8 +19,7 @@ crate::capacity::stored! {
         /// The job that ran last (slot plus one) is not queued: it is compared with the queue's head instead.
         pub(super) current: u8,
         pub(super) limited: bool,
-        /// Whether its head starts without more ado: there is no budget, and no node takes longer, at WCET, than the next job of a
-        /// task of higher rank has to spare.
+        /// Whether its head starts without more ado: there is no budget, and no job of one task may outrank one of another there.
         pub(super) is_plain: bool,
         pub(super) ahead: bool,
         /// Until when ranks go before keys; 0 if they do not.
@@ -151,19 +150,15 @@ impl<C: Capacity> Scheduler<C> {
         self.find_blocked();
     }
 
-    /// In which pools a node may block the next job of a higher rank. Time bound: O(tasks * tasks * nodes).
+    /// In which pools a node may be in the way of a higher rank. Time bound: O(tasks * tasks).
     pub(super) fn find_blocked(&mut self) {
         let mut blocked = 0;
-        let tasks = || self.tasks.as_ref().iter().filter(|task| task.admitted);
-        for low in tasks().filter(|_| self.config.shed == Shed::Hopeless) {
-            for place in low.taken().iter() {
-                let (pool, cost) = (low.nodes[place].pool.index(), low.nodes[place].cost());
-                let cost = if low.overran { u64::MAX } else { cost };
-                let meets = |high: &Task<C>| high.newest().pool_mask >> pool & 1 != 0;
-                let is_blocked =
-                    |high: &Task<C>| meets(high) && high.may_outrank(low) && high.is_blocked_by(cost);
-                blocked |= u32::from(tasks().any(is_blocked)) << pool;
-            }
+        let tasks = || self.tasks.as_ref().iter().enumerate().filter(|(_, task)| task.admitted);
+        for (t, low) in tasks().filter(|_| self.config.shed == Shed::Hopeless) {
+            let above = tasks().filter(|(other, high)| *other != t && high.may_outrank(low));
+            let above = above.map(|(_, high)| high.newest().pool_mask);
+            let pools = low.versions.iter().map(|version| version.pool_mask).fold(0, |all, mask| all | mask);
+            blocked |= above.fold(0, |all, mask| all | mask) & pools;
         }
         for pool in self.pool_numbers() {
             self.pools[pool].is_plain = !self.pools[pool].limited && blocked >> pool & 1 == 0;

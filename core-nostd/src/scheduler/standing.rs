@@ -129,18 +129,19 @@ impl<C: Capacity> Scheduler<C> {
         &self.tasks[job.task.index()].timing.floor
     }
 
-    /// Whose place a new job takes where there is none left: that of the least, if it ranks below; else the newest of
-    /// the task that has the most jobs in flight, where that is an equal and has two more, so that equals share the table.
+    /// Whose place a new job takes where there is none left: that of the least, if it ranks below, of equal ones of the task that has the
+    /// most jobs in flight; else the newest of that, where it is an equal and has two more, so that equals share the table.
     /// Time bound: O(jobs * (jobs + nodes + edges)).
     pub(super) fn gives_way_to(&self, new: &Job<C>) -> Option<usize> {
         let own = self.rank(new, C::JOBS, self.floor_of(new));
         let rank = |slot: usize| self.rank(&self.jobs[slot], slot, self.floor_of(&self.jobs[slot]));
         let least = self.slots().map(rank).min()?;
-        if least < own {
-            let standing = |slot: &usize| self.standing(*slot, self.floor_of(&self.jobs[*slot]));
-            return self.slots().filter(|slot| rank(*slot) == least).min_by_key(standing);
-        }
         let jobs_of = |task| self.slots().filter(|slot| self.jobs[*slot].task == task).count();
+        if least < own {
+            let standing = |slot: usize| self.standing(slot, self.floor_of(&self.jobs[slot]));
+            let order = |slot: &usize| (Reverse(jobs_of(self.jobs[*slot].task)), standing(*slot));
+            return self.slots().filter(|slot| rank(*slot) == least).min_by_key(order);
+        }
         let enough = jobs_of(new.task) + 2;
         let is_equal = |(share, slot): &(usize, usize)| {
             *share >= enough && !self.jobs[*slot].started && rank(*slot) == own

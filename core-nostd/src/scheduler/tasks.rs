@@ -197,11 +197,6 @@ impl<C: Capacity> Task<C> {
         self.overran || self.newest().slack < 0
     }
 
-    /// Whether a node of such a cost may take longer than the next job has to spare.
-    pub(super) fn is_blocked_by(&self, cost: u64) -> bool {
-        self.timing.period().is_some() && self.newest().spare < i64::try_from(cost).unwrap_or(i64::MAX)
-    }
-
     pub(super) fn newest(&self) -> &Version<C> {
         &self.versions[usize::from(self.current)]
     }

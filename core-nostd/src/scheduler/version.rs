@@ -25,8 +25,6 @@ crate::capacity::stored! {
         pub(super) pool_mask: u32,
         /// What a job has left at its release: D less the least time in which it can end at WCET.
         pub(super) slack: i64,
-        /// What a job has left at least on as few lanes as its work may fit on, at WCET (Graham's bound).
-        pub(super) spare: i64,
         /// Work by pool at WCET, in nanoseconds.
         pub(super) work: C::Pools<u64>,
         pub(super) sources: NodeSet<C>,
@@ -89,19 +87,11 @@ impl<C: Capacity> Version<C> {
         new.bound_slack(levels.critical_path(), lanes, due);
     }
 
-    /// What a job has to spare by its longest path, in nanoseconds, and its work on so many lanes of each pool. Time bound: O(pools).
+    /// What a job has to spare, in nanoseconds, by its longest path and by its work on so many lanes of each pool. Time bound: O(pools).
     pub(super) fn bound_slack(&mut self, path: u64, lanes: &[u8], due: Duration) {
-        let (mut least, mut most, mut widest) = (path, path, 1);
-        for (pool, lanes) in lanes.iter().enumerate().take(C::POOLS) {
-            let (work, all) = (self.work[pool], u64::from((*lanes).max(1)));
-            // Others may hold all but those that it cannot do without.
-            let few = work.div_ceil(due.as_nanos().max(1)).clamp(1, all);
-            (least, most) = (least.max(work.div_ceil(all)), most.saturating_add(work.div_ceil(few)));
-            widest = widest.max(few);
-        }
-        let due = due.as_nanos().cast_signed();
-        let most = most - path / widest;
-        (self.slack, self.spare) = (due.saturating_sub_unsigned(least), due.saturating_sub_unsigned(most));
+        let lanes = lanes.iter().map(|lanes| u64::from((*lanes).max(1)));
+        let shares = self.work.as_ref().iter().zip(lanes).map(|(work, lanes)| work.div_ceil(lanes));
+        self.slack = due.as_nanos().cast_signed().saturating_sub_unsigned(shares.fold(path, u64::max));
     }
 
     /// The least time in which a job can end on all lanes, at WCET, in nanoseconds.

@@ -89,25 +89,33 @@ fn idle_lanes(facts: &Facts<'_>, pool: usize, units: &[Unit], waits: &[&Wait]) -
     Ok(())
 }
 
-/// Whether the node may wait for a job of a task with a larger value or a floor: one that is released before it would end, or has a node
-/// of the pool that is not ready yet.
+/// Whether the node may wait for a job of a task with a larger value or a floor: one that is released before the node would
+/// end, or what is above and comes until then, or that has a node of the pool that has not started.
 fn awaits_rank(facts: &Facts<'_>, wait: &Wait, now: u64) -> bool {
     let (job, tasks) = (&facts.jobs[wait.job], &facts.workload.tasks);
     let end = now + job.graph.nodes[wait.node].cost_ns;
     let is_above = |task: usize| tasks[task].value > tasks[job.task].value || tasks[task].floor.is_some();
     let is_to_come = |other: &JobFacts, node: usize| {
-        let ready = other.ready(node, facts.policy.gates_levels());
-        other.graph.nodes[node].pool == wait.pool && ready.is_none_or(|ready| ready > now)
+        let has_not_started = other.runs[node].first().is_none_or(|run| run.start > now);
+        other.graph.nodes[node].pool == wait.pool && has_not_started
     };
     let is_in_flight = |other: &JobFacts| {
         let is_there = other.release <= now && other.end.is_none_or(|end| end > now);
         let is_given_up = other.shed.is_some_and(|(at, _)| at <= now);
         is_there && !is_given_up && (0..other.runs.len()).any(|node| is_to_come(other, node))
     };
-    let is_next = |other: &JobFacts| now < other.release && other.release < end;
-    let mut others = facts.jobs.iter().filter(|other| is_above(other.task));
+    let others = || facts.jobs.iter().filter(|other| other.task != job.task && is_above(other.task));
+    // What is above and comes meanwhile can be late because of the node, too.
+    let lanes = u64::from(facts.workload.pools[wait.pool].lanes);
+    let work = |other: &JobFacts| other.graph.costs().iter().sum::<u64>() * lanes;
+    let mut horizon = end;
+    for _ in 0..6 {
+        let meets = |other: &&JobFacts| is_in_flight(other) || (now..horizon).contains(&other.release);
+        horizon = end + others().filter(meets).map(work).sum::<u64>();
+    }
+    let is_next = |other: &JobFacts| now < other.release && other.release < horizon;
     facts.policy.is_ours()
-        && (end > facts.horizon || others.any(|other| is_next(other) || is_in_flight(other)))
+        && (horizon > facts.horizon || others().any(|other| is_next(other) || is_in_flight(other)))
 }
 
 /// Whether the encoder waits for a running one of its frame.

@@ -9,6 +9,9 @@ use std::ops::Range;
 /// Jobs of a task that have not been released and are waited for.
 const JOBS_TO_COME: u64 = 16;
 
+/// How often those that come make the pool look further.
+const ROUNDS: u32 = 5;
+
 /// A node that takes a lane: key, when it is ready, cost, whether its job is above the head's, bytes that this needs.
 type Soon = (i128, u64, u64, bool, u64);
 
@@ -48,23 +51,29 @@ impl Sim<'_> {
         let end = now + cost;
         let mut soon = Vec::new();
         for other in &self.jobs {
-            match self.in_flight_above(pool, other, (job, cost), now) {
+            match self.in_flight_above(pool, other, job, now) {
                 Some(needs) => soon.extend(needs),
                 None if looks && other.band >= job.band => soon.extend(self.behind_running(pool, other, now)),
                 None => {}
             }
         }
-        soon.extend(self.next_jobs(pool, (job, cost), looks, now, 0..1));
-        let counts = |&(key, at, _, above, _): &Soon| {
-            let is_soon = now < at || budget.is_some() && above;
-            is_soon && at < end && key < i128::from(end) && (above || key < head.0)
-        };
-        soon.retain(counts);
+        let mut soon: Vec<(u64, Soon)> = soon.into_iter().map(|node| (0, node)).collect();
+        let mut met = 0;
+        for _ in 0..ROUNDS {
+            // As late as all lanes would be that had to do the head and then all that is above it so far.
+            let above = soon.iter().filter(|(_, node)| node.3).map(|(_, node)| node.2);
+            let horizon = end + above.sum::<u64>().div_ceil(self.workload.pools[pool].lanes.into());
+            let looks_until = Some(end).filter(|_| looks && met == 0);
+            soon.extend(self.next_jobs(pool, job, looks_until, now, met..horizon));
+            met = horizon;
+        }
+        soon.retain(|&(_, (key, at, _, above, _))| {
+            above || now < at && at < end && key < i128::from(end) && key < head.0
+        });
+        // The next jobs of each task before those after them.
         soon.sort_unstable();
         soon.truncate(JOBS_IN_FLIGHT);
-        let later = self.next_jobs(pool, (job, cost), false, now, 1..JOBS_TO_COME);
-        let places = JOBS_IN_FLIGHT - soon.len();
-        soon.extend(later.into_iter().filter(counts).take(places));
+        let mut soon: Vec<Soon> = soon.into_iter().map(|(_, node)| node).collect();
         soon.sort_unstable();
 
         let mut before = self.free_from(pool, now);
@@ -75,14 +84,10 @@ impl Sim<'_> {
             let (key, at, _, above, memory) = node;
             let is_crowded =
                 budget.is_some_and(|budget| self.held_at(pool, key, now) + head.4 + memory > budget);
-            if at <= now {
-                until.extend(is_crowded.then_some((u64::MAX - 1, above)));
-                continue;
-            }
             let is_late = take(&mut behind, node) > key || is_crowded;
             let in_time = take(&mut before, node) <= key;
             if is_late && in_time {
-                until.push((at, above));
+                until.push((if at <= now { u64::MAX - 1 } else { at }, above));
             }
         }
         let is_in_time = take(&mut before, head) <= head.0;
@@ -91,26 +96,13 @@ impl Sim<'_> {
         Some(Wait { until, for_rank })
     }
 
-    /// What a job in flight needs from now on, if it is above and may be late because of the head.
-    fn in_flight_above(
-        &self,
-        pool: usize,
-        job: &Job,
-        (head, cost_ns): (&Job, u64),
-        now: u64,
-    ) -> Option<Vec<Soon>> {
-        let is_limited = self.workload.pools[pool].memory_bytes.is_some();
-        let is_to_come = |node: usize| {
-            let is_ready = job.is_ready(node, false) && !self.waits_for_key(job, node);
-            let is_here = job.graph.nodes[node].pool == pool && job.state[node] == State::Waiting;
-            is_here && (is_limited || !is_ready)
-        };
-        let next = self.expected_release(job.task);
-        let may_be_late =
-            next.is_some_and(|(_, graph)| self.spare_at_least(job.task, &graph) < i128::from(cost_ns));
+    /// What a job in flight needs from now on, if it is above.
+    fn in_flight_above(&self, pool: usize, job: &Job, head: &Job, now: u64) -> Option<Vec<Soon>> {
+        let is_to_come =
+            |node: usize| job.graph.nodes[node].pool == pool && job.state[node] == State::Waiting;
         let is_above =
             (self.least_above(job, now).0, self.workload.tasks[job.task].value) > self.least_above(head, now);
-        if !(0..job.state.len()).any(is_to_come) || !is_limited && !may_be_late || !is_above {
+        if !(0..job.state.len()).any(is_to_come) || job.task == head.task || !is_above {
             return None;
         }
         let stage = |node: usize| match job.state[node] {
@@ -145,47 +137,47 @@ impl Sim<'_> {
         found
     }
 
-    /// Nodes of the jobs of this turn of each task that has released one: for a higher rank the lanes that it needs, else sources of the next.
+    /// Nodes of the jobs of each task that has released one, that come between two instants: for a higher rank the lanes that it needs,
+    /// else, where the pool looks ahead so far, sources of the next; with how many jobs of the task come before.
     fn next_jobs(
         &self,
         pool: usize,
-        (head, cost_ns): (&Job, u64),
-        looks: bool,
+        head: &Job,
+        looks_until: Option<u64>,
         now: u64,
-        turn: Range<u64>,
-    ) -> Vec<Soon> {
+        between: Range<u64>,
+    ) -> Vec<(u64, Soon)> {
         let mut found = Vec::new();
-        let is_limited = self.workload.pools[pool].memory_bytes.is_some();
         let (least, own) = (self.least_above(head, now), self.workload.tasks[head.task].value);
         for (task, model) in self.workload.tasks.iter().enumerate() {
             let Some((at, graph)) = self.expected_release(task) else { continue };
-            let may_be_late = is_limited || self.spare_at_least(task, &graph) < i128::from(cost_ns);
             let above = |nth: u64| {
                 let index = self.next_index(task) + nth;
                 let rank = (self.floor_needs_job(task, index, &[]), model.value);
-                rank > least && may_be_late && self.can_gain(task, index, &graph)
+                task != head.task && rank > least && self.can_gain(task, index, &graph)
             };
             let period = self.gap(task).unwrap_or_default();
-            let come = turn.clone().filter(|&nth| at + nth * period < now + cost_ns && above(nth));
-            let come: Vec<u64> = come.map(|nth| at + nth * period).collect();
+            let come = (0..JOBS_TO_COME).filter(|&nth| between.contains(&(at + nth * period)) && above(nth));
+            let come: Vec<(u64, u64)> = come.map(|nth| (nth, at + nth * period)).collect();
             if !come.is_empty() {
                 let due = model.deadline_ns;
                 let stages = vec![Stage::ToCome; graph.nodes.len()];
                 let (held, end, memory) = self.spread(&graph, (due, due), pool, &stages);
                 let spare = i128::from(due.saturating_sub(end)).min(self.slack(task, &graph));
-                for at in come {
+                for (nth, at) in come {
                     found.extend(held.iter().map(|&(from, until)| {
-                        (i128::from(at + from) + spare, at + from, until - from, true, memory)
+                        (nth, (i128::from(at + from) + spare, at + from, until - from, true, memory))
                     }));
                 }
             }
-            if above(0) || !looks || self.pressed[pool] && model.value < own {
+            let foresees = looks_until.is_some_and(|end| at < end);
+            if above(0) || !foresees || self.pressed[pool] && model.value < own {
                 continue;
             }
             let keys = keys::at_release(self.policy, &graph, at, model.deadline_ns);
             for (node, &key) in graph.nodes.iter().zip(&keys) {
                 if node.pool == pool && node.preds.is_empty() {
-                    found.push((key, at, node.cost_ns, false, 0));
+                    found.push((0, (key, at, node.cost_ns, false, 0)));
                 }
             }
         }
@@ -219,20 +211,6 @@ impl Sim<'_> {
         let alone =
             (least..all[pool]).map(on).find(|alone| alone.end() <= due).unwrap_or_else(|| on(all[pool]));
         (alone.held(), alone.end(), budget.map_or(0, |budget| alone.most.min(budget)))
-    }
-
-    /// What the next job of a task has to spare at least, on as few lanes of each pool as its work there fits on within its deadline, by
-    /// the lengths alone: by its longest path less the part of it that lanes share, and by its work over these lanes.
-    fn spare_at_least(&self, task: usize, graph: &Graph) -> i128 {
-        let (path, due) = (graph.longest_path(&graph.costs()), self.workload.tasks[task].deadline_ns);
-        let pools = self.workload.pools.iter().enumerate().map(|(number, pool)| {
-            let work = graph.work(number);
-            let few = (1..u64::from(pool.lanes)).find(|few| work <= few * due).unwrap_or(pool.lanes.into());
-            (few, work.div_ceil(few))
-        });
-        let (widest, shared) =
-            pools.fold((1, 0), |(widest, sum), (few, share)| (few.max(widest), sum + share));
-        i128::from(due) - i128::from(path - path / widest + shared)
     }
 
     /// What the next job of a task has to spare.

@@ -1,5 +1,6 @@
 //! Releases and graph edits.
 
+use std::cmp::Reverse;
 use std::rc::Rc;
 
 use red_workload::model::{Arrival, Event, Node, Task};
@@ -121,14 +122,17 @@ impl Sim<'_> {
         goes.is_some()
     }
 
-    /// The least, if its rank is below; else the newest of the equals' task that has the most jobs, if it has two more.
+    /// The least of the task that has the most jobs of the lowest rank, if that is below; else the newest of the equals' task that has
+    /// the most jobs, if it has two more.
     fn who_gives_way(&self, new: &Job, now: u64) -> Option<(usize, u64)> {
         let own = self.rank(new, &[], now);
-        let least = self.jobs.iter().min_by_key(|job| self.standing(job, &[], now))?;
-        if self.rank(least, &[], now) < own {
-            return Some((least.task, least.index));
-        }
+        let least = self.jobs.iter().map(|job| self.rank(job, &[], now)).min()?;
         let count = |task: usize| self.jobs.iter().filter(|job| job.task == task).count();
+        if least < own {
+            let lowest = self.jobs.iter().filter(|job| self.rank(job, &[], now) == least);
+            let goes = lowest.min_by_key(|job| (Reverse(count(job.task)), self.standing(job, &[], now)))?;
+            return Some((goes.task, goes.index));
+        }
         let mut equals: Vec<&Job> =
             self.jobs.iter().filter(|job| !job.started && self.rank(job, &[], now) == own).collect();
         equals.sort_by_key(|job| (count(job.task), job.index, job.task));

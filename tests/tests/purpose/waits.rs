@@ -252,3 +252,44 @@ fn a_higher_value_loses_nothing_where_a_lower_one_holds_the_lanes_that_it_can_do
         }
     }
 }
+
+/// Each would be in time behind the lower node alone, but not both.
+#[test]
+fn several_of_a_higher_value_lose_nothing_to_a_lower_one_together() {
+    let sets = [
+        [("a", "value = 1000", (20, 20), 5), ("b", "value = 100", (20, 20), 11), ("low", "", (30, 30), 9)],
+        [("a", "value = 1000", (10, 15), 3), ("b", "value = 100", (8, 8), 2), ("low", "", (12, 12), 6)],
+    ];
+    for set in sets {
+        for floor in ["", "\nfloor = [1, 1]"] {
+            let file = |(name, rest, times, wcet): (&str, &str, (u64, u64), u64)| {
+                let floor = if rest.is_empty() { "" } else { floor };
+                task(name, &format!("{rest}{floor}"), times, &[("cpu", wcet)])
+            };
+            for turned in [false, true] {
+                let mut tasks = set.map(file);
+                if turned {
+                    tasks.reverse();
+                }
+                let mut found = on_time(&tasks.concat());
+                if turned {
+                    found.reverse();
+                }
+                // But for probes, which no floor of [1, 1] lets pass.
+                let percent = if floor.is_empty() { 97 } else { 100 };
+                let is_whole = |(on_time, due): (u64, u64)| 100 * on_time >= percent * due;
+                assert!(is_whole(found[0]) && is_whole(found[1]), "{found:?}");
+            }
+        }
+    }
+}
+
+/// What is late because of the lower node comes after that has ended, behind what waited for it.
+#[test]
+fn a_higher_value_that_comes_behind_the_lower_node_loses_nothing() {
+    let high = task("high", "value = 1000\noffset = '1ms'", (20, 20), &[("cpu", 10)]);
+    let next = task("next", "value = 100\noffset = '12ms'", (20, 8), &[("cpu", 6)]);
+    let low = task("low", "offset = '40ms'", (100, 100), &[("cpu", 5)]);
+    let found = on_time(&[low, high, next].concat());
+    assert!(found[1].0 == found[1].1 && found[2].0 == found[2].1, "{found:?}");
+}

@@ -158,11 +158,12 @@ fn rank(workload: &Workload, asked: &Asked, task: usize) -> String {
     let is_always_owed = |task: &Task| task.floor.is_some_and(|(m, k)| m == k);
     let own = &workload.tasks[task];
     let is_all = is_always_owed(own);
-    let is_dearer = |other: &Task| other.value > value && (!is_all || other.floor.is_some());
+    let has_floor = |task: &Task| task.floor.is_some_and(|(m, _)| m > 0);
+    let is_dearer = |other: &Task| other.value > value && (!is_all || has_floor(other));
     let is_first = |other: &Task| is_dearer(other) || !is_all && is_always_owed(other);
     let is_owed = |other: &Task| {
-        let is_other = other.value < value || own.floor.is_none() || is_always_owed(other);
-        other.floor.is_some() && !is_all && other.value <= value && is_other
+        let is_other = other.value < value || !has_floor(own) || is_always_owed(other);
+        has_floor(other) && !is_all && other.value <= value && is_other
     };
     let is_equal = |other: &Task| other.value == value && !is_owed(other) && is_all == is_always_owed(other);
     let above: Vec<&Task> = rivals().filter(|other| is_dearer(other)).collect();
@@ -178,9 +179,14 @@ fn rank(workload: &Workload, asked: &Asked, task: usize) -> String {
         let rival = &workload.tasks[other];
         !is_first(rival) && !is_equal(rival) && asked.ran_ns[other] > slack_ns(task)
     });
+    // One of these may be late only because another one is behind the node, too.
+    let first = (0..workload.tasks.len())
+        .filter(|other| asked.meet(task, *other) && is_first(&workload.tasks[*other]));
+    let together_ns: u64 = first.map(|other| asked.longest_ns[other]).sum();
     let awaited = others(&|other| {
         let rival = &workload.tasks[other];
-        is_first(rival) && period_ns(rival.arrival).is_some() && node_ns(task) > slack_ns(other)
+        let behind_ns = node_ns(task) + together_ns.saturating_sub(asked.longest_ns[other]);
+        is_first(rival) && period_ns(rival.arrival).is_some() && behind_ns > slack_ns(other)
     });
     let is_limited = workload.pools.iter().any(|pool| pool.memory_bytes.is_some());
     let (its, held) = if is_limited {
@@ -201,7 +207,8 @@ fn rank(workload: &Workload, asked: &Asked, task: usize) -> String {
     }
     if !equal.is_empty() {
         parts.push(format!(
-            "its value {value} is also that of {}, and equals share what is left, as far as their nodes fit in it",
+            "its value {value} is also that of {}, and equals share what is left, as far as their nodes fit in it, but a \
+             job with more than twice the work of another one gives way",
             names(&equal)
         ));
     }
