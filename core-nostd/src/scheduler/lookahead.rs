@@ -110,8 +110,8 @@ impl<C: Capacity> Scheduler<C> {
         self.wait_of(pool, slot, rank).map_or(Some((slot, rank)), |wait| self.instead(pool, wait))
     }
 
-    /// What a node has to wait for, if it should start now. Time bound: O(jobs * lanes^2 * nodes^2 + tasks * (k + lanes * (lanes * nodes^2 + jobs))), and in a pool of
-    /// limited memory O((jobs + tasks) * nodes^2 * lanes^3) more.
+    /// What a node has to wait for, if it should start now. Time bound: O((jobs + tasks) * lanes^2 * nodes^2 + tasks * lanes * jobs), and in a pool of
+    /// limited memory O((jobs + tasks) * lanes^3 * nodes^2).
     fn wait_of(&self, pool: usize, slot: usize, rank: usize) -> Option<Wait> {
         let p = &self.pools[pool];
         let looks = self.config.gate == Gate::Lookahead && !p.limited;
