@@ -31,23 +31,27 @@ struct Stage {
 /// What catches most in least time: few cases, and no optimization, since most of the time goes into the build. Left
 /// out are tests of the tests' own tools, and those that cost most beside `differential`, which sees the same.
 const QUICK: Stage = Stage {
-    targets: &[
-        "--lib",
-        "--test=golden",
-        "--test=hopeless",
-        "--test=errors",
-        "--test=promises",
-        "--test=properties",
-        "--test=warnings",
-        "--test=waiting",
-        "--test=overtaking",
-        "--test=late_looks",
-        "--test=lost_pool",
-        "--test=observed_use",
-        "--test=paper_algorithms",
-        "--test=differential",
+    targets: &["--lib", "--test=suite", "--test=differential"],
+    skipped: &[
+        "oracle::",
+        "check::",
+        "rng::",
+        "runs::",
+        "equal_options_",
+        "every_overload_history::",
+        "every_queue_sequence::",
+        "every_small_graph::",
+        "layering::",
+        "counterexamples::",
+        "manual::",
+        "papers::",
+        "paper_schedulability::",
+        "paper_tables::",
+        "paper_worked_example::",
+        "plan_json::",
+        "purpose::",
+        "sources::",
     ],
-    skipped: &["oracle::", "check::", "rng::", "runs::", "equal_options_"],
     environment: &[("SEEDS", "2"), ("PROPTEST_CASES", "100"), ("CARGO_PROFILE_TEST_OPT_LEVEL", "0")],
 };
 

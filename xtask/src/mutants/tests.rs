@@ -27,3 +27,11 @@ fn what_is_kept_is_read_again() {
     assert_eq!(Found::read(&found.text()), Some(found));
     assert_eq!(Found::read(""), None);
 }
+
+#[test]
+fn each_test_program_that_is_named_is_there() {
+    let manifest = include_str!("../../../tests/Cargo.toml");
+    let is_there = |name: &str| manifest.contains(&format!("[[test]]\nname = \"{name}\"\n"));
+    let named: Vec<&str> = QUICK.targets.iter().filter_map(|target| target.strip_prefix("--test=")).collect();
+    assert!(!named.is_empty() && named.iter().all(|name| is_there(name)) && !is_there("golden"), "{named:?}");
+}
