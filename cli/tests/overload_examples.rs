@@ -18,7 +18,7 @@ struct Figure {
     says: &'static [(&'static str, &'static str)],
 }
 
-const FIGURES: [Figure; 22] = [
+const FIGURES: [Figure; 23] = [
     Figure {
         file: "values",
         instead: &[],
@@ -132,6 +132,13 @@ const FIGURES: [Figure; 22] = [
         options: &["--horizon", "20s"],
         on_time: &[1_000, 1_000, 0],
         says: &[(PAGE, "1000 and 1000 of 1000, and none of the third")],
+    },
+    Figure {
+        file: "value-first",
+        instead: &[],
+        options: &["--horizon", "60s"],
+        on_time: &[1_200, 4_800, 4_501],
+        says: &[(PAGE, "a task of value 200 has 4800 of 6000 jobs on time")],
     },
     Figure {
         file: "branches",

@@ -52,7 +52,13 @@ const QUICK: Stage = Stage {
         "purpose::",
         "sources::",
     ],
-    environment: &[("SEEDS", "2"), ("PROPTEST_CASES", "100"), ("CARGO_PROFILE_TEST_OPT_LEVEL", "0")],
+    // Without optimization stacks are deep.
+    environment: &[
+        ("SEEDS", "2"),
+        ("PROPTEST_CASES", "100"),
+        ("CARGO_PROFILE_TEST_OPT_LEVEL", "0"),
+        ("RUST_MIN_STACK", "33554432"),
+    ],
 };
 
 /// What is run on those that are left. How many lines the sources have is no behaviour.

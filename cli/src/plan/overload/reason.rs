@@ -207,8 +207,7 @@ fn rank(workload: &Workload, asked: &Asked, task: usize) -> String {
     }
     if !equal.is_empty() {
         parts.push(format!(
-            "its value {value} is also that of {}, and equals share what is left, as far as their nodes fit in it, but a \
-             job with more than twice the work of another one gives way",
+            "its value {value} is also that of {}, and equals share what is left, as far as their nodes fit in it",
             names(&equal)
         ));
     }
