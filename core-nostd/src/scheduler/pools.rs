@@ -1,6 +1,6 @@
 //! Pools of lanes, and the sensors whose captures jobs share.
 
-use super::{Scheduler, action::ShedReason, bits};
+use super::{Scheduler, action::ShedReason, bits, tasks::Task};
 use crate::capacity::{Capacity, Empty};
 use crate::config::Shed;
 use crate::graph::Levels;
@@ -154,11 +154,11 @@ impl<C: Capacity> Scheduler<C> {
     pub(super) fn find_blocked(&mut self) {
         let mut blocked = 0;
         let tasks = || self.tasks.as_ref().iter().enumerate().filter(|(_, task)| task.admitted);
+        // Jobs in flight may have the older graph.
+        let pools = |task: &Task<C>| task.versions[0].pool_mask | task.versions[1].pool_mask;
         for (t, low) in tasks().filter(|_| self.config.shed == Shed::Hopeless) {
             let above = tasks().filter(|(other, high)| *other != t && high.may_outrank(low));
-            let above = above.map(|(_, high)| high.newest().pool_mask);
-            let pools = low.versions.iter().map(|version| version.pool_mask).fold(0, |all, mask| all | mask);
-            blocked |= above.fold(0, |all, mask| all | mask) & pools;
+            blocked |= above.fold(0, |all, (_, high)| all | pools(high)) & pools(low);
         }
         for pool in self.pool_numbers() {
             self.pools[pool].is_plain = !self.pools[pool].limited && blocked >> pool & 1 == 0;
