@@ -106,6 +106,8 @@ pub const FLOOR_MEMORY: u64 = 128;
 pub const PROBE_EVERY: u64 = 17;
 /// So many jobs tell whether a task only loses.
 pub const RECENT_JOBS: u64 = 16;
+/// Executions of a node that tell how long it takes.
+pub const WINDOW: u32 = 8;
 /// Jobs that leave in one look.
 pub const LEAVE_AT_MOST: usize = 16;
 
@@ -256,6 +258,10 @@ impl<'a> Sim<'a> {
                 if let Some(job) = self.job_mut(task, index) {
                     job.state[node] = job::State::Done;
                     living += 1;
+                    let (version, name) = (job.version, job.graph.nodes[node].name.clone());
+                    if unit.members.len() == 1 {
+                        self.tasks[task].executed(version, &name);
+                    }
                 }
             }
             if let Some(key) = unit.key {

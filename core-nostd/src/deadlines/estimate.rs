@@ -44,6 +44,16 @@ impl Window {
         self.samples[WINDOW - 1] == 0
     }
 
+    /// Whether there are 8 samples; fewer prove nothing.
+    pub(crate) const fn is_whole(&self) -> bool {
+        self.samples[0] > 0
+    }
+
+    /// Whether the newest sample is no shorter than a time, in whole units of the node's shift.
+    pub(crate) const fn ends_with(&self, shift: u8, time: Duration) -> bool {
+        self.samples[WINDOW - 1] as u64 > time.as_nanos() >> shift
+    }
+
     /// Takes a sample of a node with this shift; the oldest of 8 goes. Time bound: O(1).
     #[inline]
     pub(crate) fn push(&mut self, shift: u8, executed: Duration) {
@@ -88,9 +98,9 @@ impl Estimator {
         self.taken().min().map(|least| self.unscaled(least))
     }
 
-    /// Shortest of a whole window; fewer samples prove nothing.
+    /// Shortest of a whole window.
     pub(crate) fn best_case(&self) -> Option<Duration> {
-        self.minimum().filter(|_| self.window.samples[0] > 0)
+        self.minimum().filter(|_| self.window.is_whole())
     }
 
     /// Longest.

@@ -176,8 +176,8 @@ impl<C: Capacity> Scheduler<C> {
         }
     }
 
-    /// Counts an overrun; the sample of it. A slow first run proves nothing: it would keep out of its lane who has to wait
-    /// for a higher rank.
+    /// Counts an overrun; the sample of it. One slow run proves nothing: it would keep its task out of its lane. So it counts as the WCET
+    /// if it is the first, and where estimates decide who goes also if the run before it was shorter than that.
     #[cold]
     fn count_overrun(&mut self, slot: usize, node: NodeId, lane: usize, executed: Duration) -> Duration {
         self.counters.overruns += 1;
@@ -188,7 +188,10 @@ impl<C: Capacity> Scheduler<C> {
             self.pools.as_mut().iter_mut().for_each(|pool| pool.is_plain = false);
         }
         self.note_node(EventKind::Overran, slot, node, lane);
-        let is_first = self.tasks[t].samples[node.index()].is_empty();
-        if is_first { self.tasks[t].nodes[node.index()].wcet.get() } else { executed }
+        let task = &self.tasks[t];
+        let (wcet, window) = (task.nodes[node.index()].wcet.get(), &task.samples[node.index()]);
+        let is_again = window.ends_with(task.shifts[node.index()], wcet);
+        let is_believed = is_again || self.config.shed != Shed::Hopeless && !window.is_empty();
+        if is_believed { executed } else { wcet }
     }
 }

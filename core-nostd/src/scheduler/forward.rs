@@ -3,8 +3,8 @@
 //! *Rule.* Lanes are taken up as they are: each is free when what is left of its unit has passed. Then the rule that
 //! dispatches is run forward by the keys of now, over a group of jobs in flight. An encoder whose result is kept, or
 //! is computed on the way, runs once for all of the group. What another job holds of a lane stays held until it ends. What
-//! was dispatched ahead keeps its lane.
-//! *What it leaves out.* Memory budgets, merging beyond one run per result, level gates, lanes that wait, what will be
+//! was dispatched ahead keeps its lane. Jobs that go *behind* the others start nothing before all of these that need one of their pools have ended.
+//! *What it leaves out.* Memory budgets, merging beyond one run per result, level gates, other lanes that wait, what will be
 //! dispatched ahead.
 //! *Time bound.* O(jobs + lanes + successors) for each node that starts or ends, with encoders O(jobs * encoders).
 
@@ -74,14 +74,19 @@ impl<C: Capacity> Forward<C> {
 
 impl<C: Capacity> Scheduler<C> {
     /// The forward schedule of a group of jobs in flight, a bit each.
-    #[cold]
     pub(super) fn forward(&self, group: u64) -> Forward<C> {
-        Course::new(self, group).run()
+        self.forward_behind(group, 0)
+    }
+
+    /// The same where some of the group go behind the others.
+    #[cold]
+    pub(super) fn forward_behind(&self, group: u64, behind: u64) -> Forward<C> {
+        Course::new(self, group, behind).run()
     }
 
     /// Whether a job of a group ends by its deadline in the group's forward schedule. Time bound: as that, or less.
     #[cold]
     pub(super) fn ends_in_time(&self, slot: usize, group: u64) -> bool {
-        Course::new(self, group).ends_in_time(slot)
+        Course::new(self, group, 0).ends_in_time(slot)
     }
 }

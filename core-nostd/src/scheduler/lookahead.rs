@@ -133,11 +133,7 @@ impl<C: Capacity> Scheduler<C> {
         for other in self.slots() {
             let (job, version) = (&self.jobs[other], self.version(other));
             let undone = version.in_pool[pool].without(&job.done).without(&job.running);
-            let is_above = || {
-                let (has_hope, is_owed, _) = self.beside_next(other);
-                (has_hope, is_owed, self.tasks[job.task.index()].timing.value) > own
-            };
-            if blocks && !undone.is_empty() && job.task != own_task && is_above() {
+            if blocks && !undone.is_empty() && self.is_waited_for(other, own_task, own) {
                 coming.meet_need(now, 0, 0, &self.need_of(pool, other));
             } else if let Some(ends) = ends.as_ref().filter(|_| job.band >= band) {
                 for rank in undone.iter() {

@@ -74,9 +74,11 @@ impl<C: Capacity> Scheduler<C> {
         let whole = match case {
             Case::Best => self.best_case(job, node, window),
             Case::Expected => {
-                let mean = window.mean().map_or(node.wcet.as_nanos(), CostEstimate::as_nanos);
-                // With care before a job takes lanes: they are lost if it is late.
-                if job.started { mean } else { mean + longest(window).saturating_sub(mean) / 2 }
+                if job.started {
+                    mean_of(node, window)
+                } else {
+                    before_start(node, window)
+                }
             }
             Case::Worst => node.cost(),
         };
@@ -110,7 +112,7 @@ impl<C: Capacity> Scheduler<C> {
         let of_gone = if l.merged { l.expects } else { 0 };
         let of = |slot: usize, rank| {
             let (node, window) = self.history(&self.jobs[slot], rank);
-            (window.mean().map_or(node.wcet.as_nanos(), CostEstimate::as_nanos), longest(&window))
+            (mean_of(node, &window), longest(&window))
         };
         let members =
             bits(l.members).flat_map(|slot| self.ranks_on(slot, lane).map(move |rank| of(slot, rank)));
@@ -133,8 +135,7 @@ impl<C: Capacity> Scheduler<C> {
     /// Expected cost of a rank for keys: mean of the window plus contention, WCET plus contention before a sample.
     pub(super) fn expected(&self, slot: usize, rank: usize) -> u64 {
         let (node, window) = self.history(&self.jobs[slot], rank);
-        let mean = window.mean().map_or(node.wcet.as_nanos(), CostEstimate::as_nanos);
-        mean.saturating_add(node.contention.as_nanos())
+        mean_of(node, &window).saturating_add(node.contention.as_nanos())
     }
 
     /// The longest of the last executions of a rank, plus contention; WCET plus contention before a sample, and no more where that is forgiven.
@@ -185,6 +186,17 @@ impl<C: Capacity> Scheduler<C> {
         };
         self.jobs[slot].key = due.as_nanos().cast_signed();
     }
+}
+
+/// The mean of the last executions, in nanoseconds; WCET before the first.
+fn mean_of(node: &Node, window: &Estimator) -> u64 {
+    window.mean().map_or(node.wcet.as_nanos(), CostEstimate::as_nanos)
+}
+
+/// The estimate of a node whose job has not started, in nanoseconds: with care, as the lanes that it takes are lost if it is late.
+pub(super) fn before_start(node: &Node, window: &Estimator) -> u64 {
+    let mean = mean_of(node, window);
+    mean + longest(window).saturating_sub(mean) / 2
 }
 
 /// The longest of the last executions, in nanoseconds; 0 before the first.

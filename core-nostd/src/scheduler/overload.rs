@@ -1,13 +1,14 @@
 //! Overload: who is given up so that others end in time.
 //!
 //! *Rule.* The first job x of the forward schedule that is late is looked at beside all that start a node before it
-//! ends, where it needs lanes too. If x were in time without all that are below it, the least of those in the way goes, or another of the least's
+//! ends, where it needs lanes too. If the least of those below it has not started, will wait for x, and is in time though it goes behind
+//! all others, nobody goes. If x were in time without all that are below it, the least of those in the way goes, or another of the least's
 //! rank that is late, where fewer are late without that one. Otherwise x goes where another, which could be in time, is late beside it, or, if
 //! it has not started, where the next one of its task is to be late because of it; and where none is, x stays, and goes last:
 //! it costs nobody anything, and so do estimates recover. The schedule is run again. Of several that went, those come back that need not be gone.
 //! *Why it holds.* What goes is below x and saves it, or is late itself. So a job is late because of lower ranks only
 //! where these hold lanes already.
-//! *Time bound.* A look runs at most 4 * [`MOST`] + [`Capacity::JOBS`] + 3 forward schedules.
+//! *Time bound.* A look runs at most 4 * [`MOST`] + 2 * [`Capacity::JOBS`] + 3 forward schedules.
 
 use super::standing::Standing;
 use super::{Scheduler, action::ShedReason, bits, forward::Forward, outlook::Case, those};
@@ -49,12 +50,22 @@ impl<C: Capacity> Scheduler<C> {
         self.slots()
             .for_each(|slot| standings[slot] = Some(self.standing(slot, self.floor_of(&self.jobs[slot]))));
         let (mut stay, mut kept, mut is_doubtful) = (self.in_flight, 0, false);
+        let (mut behind, mut tried) = (0u64, 0u64);
         let known = those(self.in_flight, |slot| self.is_warned_of(*slot));
-        // Each round keeps a job or lets one go. Either is lost to its task.
+        // Each round puts a job behind others, or keeps one or lets one go: either is lost to its task.
         while let Some(x) = self.first_late(&forward, !kept) {
-            is_doubtful |= stay != self.in_flight;
             let below = |slot: &usize| standings[*slot] < standings[x];
             let lower = those(forward.in_the_way(x, stay), below);
+            let least = bits(lower).min_by_key(|slot| standings[*slot]);
+            if let Some(least) = least.filter(|least| tried >> *least & 1 == 0 && self.may_wait(*least, x)) {
+                let next = self.forward_behind(stay, behind | 1 << least);
+                tried |= 1 << least;
+                if next.late & !(forward.late & !(1 << least)) == 0 {
+                    (behind, forward) = (behind | 1 << least, next);
+                    continue;
+                }
+            }
+            is_doubtful |= stay != self.in_flight;
             let is_doubted = self.is_doubted(&self.jobs[x]);
             let is_needed = |y: usize| {
                 (!is_doubted || standings[y] > standings[x])
@@ -62,21 +73,21 @@ impl<C: Capacity> Scheduler<C> {
                     && self.can_end_in_time(&self.jobs[y], y, Case::Expected)
             };
             let cause = self.cause_of(x, &forward, stay, &standings);
-            let (loses, because, next) = if let Some(least) = bits(lower).min_by_key(|slot| standings[*slot])
+            let without = |slot: usize| self.forward_behind(stay & !(1 << slot), behind);
+            let (loses, because, next) = if let Some(least) = least
                 && self.ends_in_time(x, stay & !those(stay, below))
             {
                 let rank = |slot: usize| standings[slot].map(|standing| standing.rank);
                 let equals = those(lower & !(1 << least), |slot| rank(*slot) == rank(least));
                 let other = self.first_late(&forward, equals);
-                let without = |slot: usize| (slot, self.forward(stay & !(1 << slot)));
-                let both = [Some(least), other].into_iter().flatten().map(without);
+                let both = [Some(least), other].into_iter().flatten().map(|slot| (slot, without(slot)));
                 let (goes, next) =
                     both.min_by_key(|(_, next)| next.late.count_ones()).unwrap_or((least, forward));
                 (goes, Some(x), Some(next))
             } else if bits(forward.late & !kept & !(1 << x)).any(is_needed)
                 || self.harms_next(x, &forward, stay)
             {
-                (x, cause, Some(self.forward(stay & !(1 << x))))
+                (x, cause, Some(without(x)))
             } else {
                 kept |= 1 << x;
                 (x, cause, None)
@@ -100,7 +111,7 @@ impl<C: Capacity> Scheduler<C> {
         // Each round takes one of those that went, the greatest first.
         while let Some(slot) = bits(gone).max_by_key(|slot| standings[*slot]) {
             gone &= !(1 << slot);
-            let back = self.forward(stay | 1 << slot);
+            let back = self.forward_behind(stay | 1 << slot, behind);
             if back.late & !kept == 0 {
                 (stay, forward) = (stay | 1 << slot, back);
                 if (known | kept) >> slot & 1 == 0 {
@@ -132,6 +143,12 @@ impl<C: Capacity> Scheduler<C> {
         }
     }
 
+    /// Whether the nodes of a job will wait for one above it, as far as it would be late because of them.
+    fn may_wait(&self, low: usize, high: usize) -> bool {
+        let is_waited_for = || self.is_waited_for(high, self.jobs[low].task, self.beside_next(low));
+        !self.jobs[low].started && !self.config.preempt && is_waited_for()
+    }
+
     /// Whether a late job that has not started makes the next one of its task late, by its period. A probe may.
     fn harms_next(&self, x: usize, forward: &Forward<C>, stay: u64) -> bool {
         let job = &self.jobs[x];
@@ -141,7 +158,10 @@ impl<C: Capacity> Scheduler<C> {
         let beside = bits(stay & !(1 << x)).filter(|y| forward.share_a_pool(x, *y));
         let others = beside.map(|y| forward.end[y]).filter(|end| *end < u64::MAX).max().unwrap_or_default();
         let latest = due.as_nanos().saturating_add_signed(task.newest().slack);
+        // Whom its estimates make late on lanes of its own, these make late again.
+        let fits = || self.bound(job, x, Case::Expected) <= job.deadline.since(job.release).as_nanos();
         !job.started
+            && fits()
             && !task.is_probe(job.index)
             && self.can_gain(task, task.next_job)
             && (others..forward.end[x]).contains(&latest)

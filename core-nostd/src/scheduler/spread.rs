@@ -4,8 +4,10 @@
 //! that was busy last. Results of encoders are kept. Of the pool that is asked for, a job takes as few lanes as end it by its deadline; all,
 //! if no number does. One in flight goes on from where it is: a lane counts from the end of what the job runs there.
 
-use super::{Scheduler, bits, outlook::Case, tasks::Task, version::Version};
+use super::outlook::{Case, before_start};
+use super::{Scheduler, bits, tasks::Task, version::Version};
 use crate::capacity::{Capacity, Empty};
+use crate::deadlines::Estimator;
 use crate::graph::{Node, NodeSet};
 
 crate::capacity::stored! {
@@ -84,22 +86,32 @@ impl<C: Capacity> Scheduler<C> {
     /// What a job in flight needs from now on. Time bound: that of a spread.
     pub(super) fn need_of(&self, pool: usize, slot: usize) -> Need<C> {
         let (job, version) = (&self.jobs[slot], self.version(slot));
-        let mut stage = Stage::new(&job.done, &job.running, &job.waiting_for);
-        for rank in job.undone(version).iter() {
-            self.enter(&mut stage, pool, rank, self.node(slot, rank));
-            stage.left[rank] = self.left_of(job, slot, rank, Case::Worst);
-        }
-        self.need(pool, version, job.deadline.since(self.now).as_nanos(), &stage)
+        at_most_seen(&self.tasks[job.task.index()], |as_seen| {
+            let mut stage = Stage::new(&job.done, &job.running, &job.waiting_for);
+            for rank in job.undone(version).iter() {
+                self.enter(&mut stage, pool, rank, self.node(slot, rank));
+                let left = |case| self.left_of(job, slot, rank, case);
+                stage.left[rank] = left(Case::Worst).max(if as_seen { left(Case::Expected) } else { 0 });
+            }
+            self.need(pool, version, job.deadline.since(self.now).as_nanos(), &stage)
+        })
     }
 
-    /// What a job to come of a task needs from its release on, at WCET. Time bound: that of a spread.
+    /// What a job to come of a task needs from its release on. Time bound: that of a spread.
     pub(super) fn need_of_next(&self, pool: usize, task: &Task<C>) -> Need<C> {
         let (version, none) = (task.newest(), NodeSet::EMPTY);
-        let mut stage = Stage::new(&none, &none, &version.indegree);
-        for rank in 0..usize::from(version.len) {
-            self.enter(&mut stage, pool, rank, &task.nodes[usize::from(version.order[rank])]);
-        }
-        let need = self.need(pool, version, task.timing.deadline.as_nanos(), &stage);
+        let need = at_most_seen(task, |as_seen| {
+            let mut stage = Stage::new(&none, &none, &version.indegree);
+            for rank in 0..usize::from(version.len) {
+                let place = usize::from(version.order[rank]);
+                let (node, window) =
+                    (&task.nodes[place], Estimator::of(task.shifts[place], &task.samples[place]));
+                self.enter(&mut stage, pool, rank, node);
+                stage.left[rank] =
+                    stage.left[rank].max(if as_seen { before_start(node, &window) } else { 0 });
+            }
+            self.need(pool, version, task.timing.deadline.as_nanos(), &stage)
+        });
         Need { spare: need.spare.min(version.slack), ..need }
     }
 
@@ -127,6 +139,12 @@ impl<C: Capacity> Scheduler<C> {
         bits(p.lanes.into()).for_each(|lane| lanes[lane] = spread.held[lane]);
         Need { lanes, spare, memory: spread.most.min(p.budget) }
     }
+}
+
+/// What a job of a task needs: at its estimates where these are longer than its WCETs and it can be in time all the same, else at WCET.
+fn at_most_seen<C: Capacity>(task: &Task<C>, need: impl Fn(bool) -> Need<C>) -> Need<C> {
+    let as_seen = if task.overran { Some(need(true)).filter(|need| need.spare >= 0) } else { None };
+    as_seen.unwrap_or_else(|| need(false))
 }
 
 impl<C: Capacity> Version<C> {

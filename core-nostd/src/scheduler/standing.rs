@@ -5,11 +5,12 @@
 //! weighed by how its task fared of late, then by that alone, then the newest.
 //! *Why nobody starves.* Each 17th job of a task is a probe, of each task another one: it ranks as if it could end in time, so that an
 //! estimate that is wrong gets another sample. If more than the last 16 were lost it is due: its nodes count as their best case, and it goes
-//! before its equals, of several such the one that lost the most in a row. If its nodes take too long, what was seen of them is no proof then, and its probe goes only for who is above it.
+//! before its equals, of several such the one that lost the most in a row, and before who is above them as long as something is left to learn of its times. If its nodes take too long, what was seen of them is no proof then, and its probe goes only for who is above it.
 
 use super::{Scheduler, jobs::Job, outlook::Case, tasks::Task};
 use crate::capacity::Capacity;
 use crate::config::Shed;
+use crate::id::TaskId;
 use crate::policy::floor::{Floor, MEMORY, RECENT};
 use crate::time::Instant;
 use core::cmp::Reverse;
@@ -75,13 +76,22 @@ impl<C: Capacity> Scheduler<C> {
         }
     }
 
-    /// What another job, in flight or to come, has to be above for this one to wait for it: any hope, owed, value. A probe that is due gets
-    /// its lane, but not before whom a floor cannot spare; a job that will be late, of a task that lost all of late as its nodes take too long, waits for everybody.
+    /// What another job, in flight or to come, has to be above for this one to wait for it: any hope, owed, value. A probe that is due, of a task of whose times something is left to
+    /// learn, gets its lane, but not before whom a floor cannot spare; a job that will be late, of a task that lost all of late as its nodes take too long, waits for everybody.
     pub(super) fn beside_next(&self, slot: usize) -> (bool, bool, u32) {
         let (job, floor) = (&self.jobs[slot], self.floor_of(&self.jobs[slot]));
         let Rank { has_chance, is_owed, value, due } = self.rank(job, slot, floor);
-        let is_hopeless = floor.recently_lost() == RECENT && self.tasks[job.task.index()].is_slow();
-        (has_chance || !is_hopeless, is_owed, if due > 0 && !is_owed { u32::MAX } else { value })
+        let task = &self.tasks[job.task.index()];
+        let is_hopeless = floor.recently_lost() == RECENT && task.is_slow();
+        let learns = due > 0 && !is_owed && !task.is_known();
+        (has_chance || !is_hopeless, is_owed, if learns { u32::MAX } else { value })
+    }
+
+    /// Whether a job in flight is of another task than one that counts as `own`, and above it.
+    pub(super) fn is_waited_for(&self, slot: usize, task: TaskId, own: (bool, bool, u32)) -> bool {
+        let job = &self.jobs[slot];
+        let (has_hope, is_owed, _) = self.beside_next(slot);
+        job.task != task && (has_hope, is_owed, self.tasks[job.task.index()].timing.value) > own
     }
 
     /// Whether a job is a probe of a task that lost more than its last 16, if it can end in time.

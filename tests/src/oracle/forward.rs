@@ -60,11 +60,18 @@ struct Forward<'a> {
     busy: Vec<Busy>,
     /// Frames whose results are there.
     kept: Vec<FrameKey>,
+    /// Positions among the jobs in flight: they start nothing before the others that need one of their pools have ended.
+    behind: Vec<usize>,
 }
 
 impl Sim<'_> {
     /// The forward schedule of the jobs at these positions, in their order.
     pub(super) fn forward(&self, group: &[usize], now: u64) -> Vec<Fate> {
+        self.forward_behind(group, &[], now)
+    }
+
+    /// The same where some go behind the others.
+    pub(super) fn forward_behind(&self, group: &[usize], behind: &[usize], now: u64) -> Vec<Fate> {
         let ahead = |&position: &usize| {
             let job = &self.jobs[position];
             Ahead {
@@ -88,6 +95,7 @@ impl Sim<'_> {
             group: group.iter().map(ahead).collect(),
             busy: busy.collect(),
             kept: self.cached.iter().map(|output| output.key.clone()).collect(),
+            behind: behind.to_vec(),
         };
         forward.run(i128::from(now));
         forward.group.into_iter().map(|ahead| ahead.fate).collect()
@@ -145,7 +153,7 @@ impl Forward<'_> {
             let mut queue: Vec<(Order, usize, usize)> = Vec::new();
             for (at, node) in self.nodes() {
                 let ahead = &self.group[at];
-                if ahead.job.graph.nodes[node].pool == pool && ahead.is_ready(node) {
+                if ahead.job.graph.nodes[node].pool == pool && ahead.is_ready(node) && !self.is_held(at) {
                     queue.push((order(ahead.job, node), at, node));
                 }
             }
@@ -157,6 +165,16 @@ impl Forward<'_> {
                 }
             }
         }
+    }
+
+    fn is_held(&self, at: usize) -> bool {
+        let goes_behind = |ahead: &Ahead<'_>| self.behind.contains(&ahead.fate.job);
+        let comes_first = |other: &Ahead<'_>| {
+            let mut pools = other.job.pools();
+            let is_met = pools.any(|pool| self.group[at].job.pools().any(|own| own == pool));
+            !goes_behind(other) && other.fate.end == i128::MAX && is_met
+        };
+        goes_behind(&self.group[at]) && self.group.iter().any(comes_first)
     }
 
     fn waits_for_key(&self, at: usize, node: usize) -> bool {

@@ -100,9 +100,7 @@ impl Sim<'_> {
     fn in_flight_above(&self, pool: usize, job: &Job, head: &Job, now: u64) -> Option<Vec<Soon>> {
         let is_to_come =
             |node: usize| job.graph.nodes[node].pool == pool && job.state[node] == State::Waiting;
-        let is_above =
-            (self.least_above(job, now).0, self.workload.tasks[job.task].value) > self.least_above(head, now);
-        if !(0..job.state.len()).any(is_to_come) || job.task == head.task || !is_above {
+        if !(0..job.state.len()).any(is_to_come) || !self.is_waited_for(job, head, now) {
             return None;
         }
         let stage = |node: usize| match job.state[node] {
@@ -238,7 +236,14 @@ impl Sim<'_> {
     /// What others have to be above to be waited for: whether their floor cannot spare them, their value.
     pub(super) fn least_above(&self, job: &Job, now: u64) -> (bool, u32) {
         let (_, needed, value, due) = self.rank(job, &[], now);
-        (needed, if due > 0 && !needed { u32::MAX } else { value })
+        let learns = due > 0 && !self.tasks[job.task].is_known();
+        (needed, if learns && !needed { u32::MAX } else { value })
+    }
+
+    /// Whether a job in flight is one that another task's has to wait for.
+    pub(super) fn is_waited_for(&self, job: &Job, by: &Job, now: u64) -> bool {
+        let rank = (self.least_above(job, now).0, self.workload.tasks[job.task].value);
+        job.task != by.task && rank > self.least_above(by, now)
     }
 
     /// From when on each lane of the pool is free, but those of units that nobody needs.

@@ -1,13 +1,14 @@
 //! Releases and graph edits.
 
 use std::cmp::Reverse;
+use std::collections::BTreeMap;
 use std::rc::Rc;
 
 use red_workload::model::{Arrival, Event, Node, Task};
 
 use super::band;
 use super::job::{self, Job, State};
-use super::{JOBS_IN_FLIGHT, Policy, Reason, Sim, keys};
+use super::{JOBS_IN_FLIGHT, Policy, Reason, Sim, WINDOW, keys};
 use crate::graph::{Graph, edited};
 
 /// The graph versions of a task and its next release.
@@ -21,12 +22,42 @@ pub(super) struct TaskState {
     /// Events of this task before this instant, and at it, have been taken.
     taken: Option<u64>,
     released: u64,
+    /// Of each node of the newest graph by name: the version that it came with, and how often it executed alone.
+    executions: BTreeMap<String, (usize, u32)>,
 }
 
 impl TaskState {
     pub(super) fn new(task: &Task, policy: Policy) -> Self {
         let graph = Rc::new(Graph::of(&task.nodes, policy.refines()));
-        Self { nodes: task.nodes.clone(), graph, version: 0, pending: Vec::new(), taken: None, released: 0 }
+        let mut new = Self {
+            nodes: task.nodes.clone(),
+            graph,
+            version: 0,
+            pending: Vec::new(),
+            taken: None,
+            released: 0,
+            executions: BTreeMap::new(),
+        };
+        new.count_new_ones();
+        new
+    }
+
+    fn count_new_ones(&mut self) {
+        for node in &self.graph.nodes {
+            self.executions.entry(node.name.clone()).or_insert((self.version, 0));
+        }
+    }
+
+    /// A node of a version of the graph executed alone.
+    pub(super) fn executed(&mut self, version: usize, node: &str) {
+        if let Some((_, count)) = self.executions.get_mut(node).filter(|(since, _)| version >= *since) {
+            *count += 1;
+        }
+    }
+
+    /// Whether each node of the newest graph has executed alone often enough to tell how long it takes.
+    pub(super) fn is_known(&self) -> bool {
+        self.executions.values().all(|&(_, count)| count >= WINDOW)
     }
 }
 
@@ -79,6 +110,12 @@ impl Sim<'_> {
                 state.nodes = edited(&state.nodes, &events.iter().collect::<Vec<_>>());
                 state.graph = Rc::new(Graph::of(&state.nodes, self.policy.refines()));
                 state.version += 1;
+                let gone = |name: &str| {
+                    let node = name.split_once('.').map_or(name, |(node, _)| node);
+                    events.iter().any(|event| event.remove.iter().any(|removed| removed == node))
+                };
+                state.executions.retain(|name, _| !gone(name));
+                state.count_new_ones();
                 any = true;
             }
         }

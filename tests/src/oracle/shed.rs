@@ -19,6 +19,10 @@ struct Look {
     kept: Vec<usize>,
     /// They left the group, or are late: lost to their tasks.
     lost: Vec<usize>,
+    /// They go behind the others, as they will wait.
+    behind: Vec<usize>,
+    /// They did, or could not.
+    tried: Vec<usize>,
 }
 
 impl Sim<'_> {
@@ -82,13 +86,22 @@ impl Sim<'_> {
 
     /// The jobs that have to go, the positions of those that go last, and whether as many left as one look lets go.
     fn predict(&self, now: u64) -> (Vec<(usize, u64)>, Vec<usize>, bool) {
-        let mut look = Look { group: (0..self.jobs.len()).collect(), kept: Vec::new(), lost: Vec::new() };
+        let mut look = Look {
+            group: (0..self.jobs.len()).collect(),
+            kept: Vec::new(),
+            lost: Vec::new(),
+            behind: Vec::new(),
+            tried: Vec::new(),
+        };
         // Those that left, by what they were when they did.
         let mut outside: Vec<(Standing, usize)> = Vec::new();
         let mut kept_later = false;
         while outside.len() < LEAVE_AT_MOST {
-            let fates = self.forward(&look.group, now);
+            let fates = self.forward_behind(&look.group, &look.behind, now);
             let Some(x) = self.first_late(&fates, |job| !look.kept.contains(&job)) else { break };
+            if self.lets_one_wait(x, &fates, &mut look, now) {
+                continue;
+            }
             if let Some(goes) = self.who_goes(x, &fates, &look, now) {
                 outside.push((self.standing(&self.jobs[goes], &look.lost, now), goes));
                 look.group.retain(|&job| job != goes);
@@ -104,7 +117,7 @@ impl Sim<'_> {
             outside.sort_unstable_by_key(|&left| Reverse(left));
             outside.retain(|&(_, job)| {
                 look.group.push(job);
-                let with_it = self.forward(&look.group, now);
+                let with_it = self.forward_behind(&look.group, &look.behind, now);
                 let stays_out = self.first_late(&with_it, |job| !look.kept.contains(&job)).is_some();
                 if stays_out {
                     look.group.pop();
@@ -112,7 +125,7 @@ impl Sim<'_> {
                 stays_out
             });
         }
-        let fates = self.forward(&look.group, now);
+        let fates = self.forward_behind(&look.group, &look.behind, now);
         let may = |fate: &&Fate| self.is_late(fate) && self.policy == Policy::Redrt;
         let late = fates.iter().filter(may).map(|fate| fate.job);
         let last = late.filter(|&job| !self.jobs[job].started).collect();
@@ -129,15 +142,46 @@ impl Sim<'_> {
         })
     }
 
-    /// Who leaves because `x` would be late: one of those below it that are in its way, if it is in time
-    /// without all that are below it; else `x`, if it harms others; else nobody.
-    fn who_goes(&self, x: &Fate, fates: &[Fate], look: &Look, now: u64) -> Option<usize> {
+    /// The jobs in the way of `x` that are below it.
+    fn below(&self, x: &Fate, fates: &[Fate], look: &Look, now: u64) -> Vec<usize> {
         let standing = |job: usize| self.standing(&self.jobs[job], &look.lost, now);
         let in_the_way = |j: &&Fate| {
             let starts_before = j.first_start.is_some_and(|start| start < x.end);
             starts_before && j.meets(x) && standing(j.job) < standing(x.job)
         };
-        let below: Vec<usize> = fates.iter().filter(in_the_way).map(|j| j.job).collect();
+        fates.iter().filter(in_the_way).map(|j| j.job).collect()
+    }
+
+    /// Whether the least of those below `x` goes behind the others from now on: it will wait for `x`, and is in time all the same,
+    /// and so is everybody else who was.
+    fn lets_one_wait(&self, x: &Fate, fates: &[Fate], look: &mut Look, now: u64) -> bool {
+        let below = self.below(x, fates, look, now).into_iter();
+        let Some(least) = below.min_by_key(|&job| self.standing(&self.jobs[job], &look.lost, now)) else {
+            return false;
+        };
+        let may_wait = !self.jobs[least].started
+            && self.is_waited_for(&self.jobs[x.job], &self.jobs[least], now)
+            && !look.tried.contains(&least);
+        if !may_wait {
+            return false;
+        }
+        look.tried.push(least);
+        look.behind.push(least);
+        let was_late = |job: usize| fates.iter().any(|fate| fate.job == job && self.is_late(fate));
+        let then = self.forward_behind(&look.group, &look.behind, now);
+        let helps =
+            then.iter().filter(|fate| self.is_late(fate)).all(|fate| fate.job != least && was_late(fate.job));
+        if !helps {
+            look.behind.pop();
+        }
+        helps
+    }
+
+    /// Who leaves because `x` would be late: one of those below it that are in its way, if it is in time
+    /// without all that are below it; else `x`, if it harms others; else nobody.
+    fn who_goes(&self, x: &Fate, fates: &[Fate], look: &Look, now: u64) -> Option<usize> {
+        let standing = |job: usize| self.standing(&self.jobs[job], &look.lost, now);
+        let below = self.below(x, fates, look, now);
         let is_above = |job: &usize| standing(*job) >= standing(x.job);
         let others: Vec<usize> = look.group.iter().copied().filter(is_above).collect();
         let late = |fate: &Fate| fate.job == x.job && self.is_late(fate);
@@ -155,7 +199,8 @@ impl Sim<'_> {
         let equal = |job: usize| job != least && below.contains(&job) && rank(job) == rank(least);
         let late_without = |left: usize| {
             let others: Vec<usize> = look.group.iter().copied().filter(|&job| job != left).collect();
-            self.forward(&others, now).iter().filter(|fate| self.is_late(fate)).count()
+            let then = self.forward_behind(&others, &look.behind, now);
+            then.iter().filter(|fate| self.is_late(fate)).count()
         };
         let other = self.first_late(fates, equal).map(|fate| fate.job);
         other.filter(|&other| late_without(other) < late_without(least)).unwrap_or(least)

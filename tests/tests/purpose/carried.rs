@@ -268,15 +268,49 @@ fn a_slow_first_run_costs_only_what_it_delays() {
     assert!(late.iter().all(|late| late.len() <= 2), "{late:?}");
 }
 
-/// Nor is one slow run later on the end of a task, whoever goes first: with a floor of every job it takes longer, for whoever has that
-/// loses next to nothing.
+/// Nor is a slow run later on the end of a task, whoever goes first: one costs what it delays. After two in a row it takes longer, with a
+/// floor of every job of whoever goes first the longest; that one loses next to nothing.
 #[test]
 fn one_slow_run_is_not_the_end_of_a_task() {
-    for (floor, whole_after) in [("", 150), ("floor = [1, 1]", 420)] {
-        let world = Slow { period_ms: 20, from: 100, jobs: 1, times_ms: &[(16, 16), (24, 3)] };
+    let every = "floor = [1, 1]";
+    for (floor, jobs, whole_after) in [("", 1, 106), (every, 1, 106), ("", 2, 150), (every, 2, 420)] {
+        let world = Slow { period_ms: 20, from: 100, jobs, times_ms: &[(16, 16), (24, 3)] };
         let late = world.late_of(&[("brake", floor, 1_000, 16, 20), ("map", "", 1, 4, 40)]);
-        assert!(late[0].len() <= 3, "{floor}: {late:?}");
-        assert!(late[1].iter().all(|number| *number < whole_after), "{floor}: {late:?}");
+        assert!(late[0].len() as u64 <= 3 * jobs, "{floor}: {late:?}");
+        assert!(late[1].iter().all(|number| *number < whole_after), "{floor}, {jobs} slow: {late:?}");
+    }
+}
+
+/// A task that is alone on its lane, and has most of it, loses what a slow run delays, however slow that is.
+#[test]
+fn a_slow_run_of_a_task_alone_costs_what_it_delays() {
+    const TIMES_MS: [&[(u64, u64)]; 3] = [&[(11, 8)], &[(14, 8)], &[(25, 8)]];
+    for (times_ms, jobs) in TIMES_MS.into_iter().flat_map(|times_ms| [(times_ms, 1), (times_ms, 3)]) {
+        let world = Slow { period_ms: 10, from: 50, jobs, times_ms };
+        let late = world.late(&[("net", 1, 9, 10)]);
+        assert!(late[0].len() as u64 <= jobs * (times_ms[0].0 / 10 + 3), "{jobs}, {times_ms:?}: {late:?}");
+    }
+}
+
+/// Nor does one make a task lose jobs to what is worth less.
+#[test]
+fn a_slow_run_beside_lower_values_costs_what_it_delays() {
+    let low: [(&str, u32, u64, u64); 4] = ["a", "b", "c", "d"].map(|name| (name, 1, 6, 20));
+    for jobs in [1, 3] {
+        let world =
+            Slow { period_ms: 20, from: 50, jobs, times_ms: &[(11, 3), (6, 6), (6, 6), (6, 6), (6, 6)] };
+        let late = world.late(&[&[("net", 1_000, 4, 10)][..], &low].concat());
+        assert!(late[0].len() as u64 <= 3 * jobs, "{jobs}: {late:?}");
+    }
+}
+
+/// Nor a WCET that is half of what nodes take: lanes are kept for as long as these take.
+#[test]
+fn a_wcet_that_is_too_short_costs_a_higher_value_little() {
+    let world = Slow { period_ms: 20, from: 0, jobs: 0, times_ms: &[(0, 12), (0, 19)] };
+    for floor in ["", "floor = [1, 1]"] {
+        let late = world.late_of(&[("control", floor, 1_000, 6, 20), ("map", "", 10, 20, 40)]);
+        assert!(late[0].len() <= 12, "{floor}: {late:?}");
     }
 }
 

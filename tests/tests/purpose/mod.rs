@@ -128,8 +128,9 @@ fn probes_that_come_together_take_turns() {
     let workload = parse(text.as_bytes(), Format::Toml, "probes.toml").unwrap_or_else(|e| panic!("{e}"));
     let report = simulate(&workload, &options(oracle::Policy::Redrt, 60 * SECOND_NS)).expect("it fits");
     let on_time: Vec<u64> = report.tasks.iter().map(|task| task.on_time).collect();
-    assert!(on_time[0] >= 2_800, "{on_time:?}");
-    assert!(on_time[1..].iter().all(|own| *own >= 20), "{on_time:?}");
+    // Once it is known how long they take, no lane is left to them.
+    assert!(on_time[0] >= 2_950, "{on_time:?}");
+    assert!(on_time[1..].iter().all(|own| *own >= 8), "{on_time:?}");
 }
 
 /// Tasks that are alike share a full table, wherever they are in the file.

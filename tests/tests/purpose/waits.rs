@@ -64,6 +64,37 @@ fn a_lane_waits_for_the_later_node_of_a_task_too() {
     assert!(100 * found[0].0 >= 98 * found[0].1, "{found:?}");
 }
 
+/// A node that would come too early for a branch of a higher rank waits for it; its job is not given up.
+#[test]
+fn what_can_wait_is_not_given_up() {
+    let high = task("high", "value = 1000", (40, 18), &[("gpu", 10), ("cpu", 6)]);
+    for offset_ms in [0, 3, 6, 9, 12] {
+        let long = task("long", &format!("offset = '{offset_ms}ms'"), (100, 200), &[("cpu", 20)]);
+        let found = on_time(&format!("{high}{long}"));
+        assert!(found.iter().all(|(on_time, due)| on_time == due), "{offset_ms} ms: {found:?}");
+    }
+}
+
+/// A task that comes often and never has room costs a higher value no more than it takes to learn how long its nodes take.
+#[test]
+fn probes_of_what_comes_often_cost_little() {
+    let high = task("high", "value = 1000", (30, 30), &[("cpu", 28)]);
+    for period_ms in [2, 5, 20] {
+        let low = task("low", "", (period_ms, 60), &[("cpu", 4)]);
+        let found = on_time(&format!("{high}{low}"));
+        assert!(found[0].0 + 9 >= found[0].1, "{period_ms} ms: {found:?}");
+    }
+}
+
+#[test]
+fn a_job_of_an_older_graph_finds_its_lane_free() {
+    let high = task("high", "value = 1000", (20, 18), &[("gpu", 10), ("cpu", 6)]);
+    let long = task("long", "offset = '6ms'", (1000, 100), &[("cpu", 20)]);
+    let edit = "[[event]]\nat = '5ms'\ntask = 'high'\nremove = ['n1']\n";
+    let found = on_time(&format!("{high}{long}{edit}"));
+    assert!(found[0].0 == found[0].1 && found[1].0 == found[1].1, "{found:?}");
+}
+
 #[test]
 fn one_wait_of_a_task_with_time_is_not_remembered_for_hours() {
     let high = task("high", "value = 10", (20, 20), &[("cpu", 6)]);

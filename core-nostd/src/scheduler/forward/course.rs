@@ -42,6 +42,7 @@ pub(super) struct Course<'a, C: Capacity> {
     pub(super) scheduler: &'a Scheduler<C>,
     pub(super) now: u64,
     pub(super) group: u64,
+    behind: u64,
     pub(super) jobs: C::Jobs<Going<C>>,
     heads: Heads<C>,
     pub(super) lanes: C::Lanes<Taken>,
@@ -57,12 +58,13 @@ pub(super) struct Course<'a, C: Capacity> {
 
 impl<'a, C: Capacity> Course<'a, C> {
     /// At its beginning, with nobody's end known.
-    pub(super) fn new(scheduler: &'a Scheduler<C>, group: u64) -> Self {
+    pub(super) fn new(scheduler: &'a Scheduler<C>, group: u64, behind: u64) -> Self {
         let has_encoders = |slot: usize| !scheduler.version(slot).encoders.is_empty();
         let mut new = Self {
             scheduler,
             now: scheduler.now.as_nanos(),
             group,
+            behind,
             jobs: Empty::EMPTY,
             heads: Heads::of(scheduler, group),
             lanes: Empty::EMPTY,
@@ -161,9 +163,13 @@ impl<'a, C: Capacity> Course<'a, C> {
     /// Brings the heads of a job up to date after its ready set changed.
     pub(super) fn requeue(&mut self, slot: usize) {
         let (s, version) = (self.scheduler, self.scheduler.version(slot));
+        let comes_first = |other: usize| {
+            self.forward.end[other] == u64::MAX && s.version(other).pool_mask & version.pool_mask != 0
+        };
+        let is_held = self.behind >> slot & 1 != 0 && bits(self.group & !self.behind).any(comes_first);
         for pool in bits(version.pool_mask.into()) {
             let key = |rank| s.jobs[slot].queue_key(version, rank, s.residual);
-            self.heads.set(pool, slot, self.head_of(pool, slot).map(key));
+            self.heads.set(pool, slot, self.head_of(pool, slot).filter(|_| !is_held).map(key));
         }
     }
 
@@ -171,15 +177,8 @@ impl<'a, C: Capacity> Course<'a, C> {
     fn start(&mut self, pool: usize, slot: usize, lane: usize) {
         let Some(rank) = self.head_of(pool, slot) else { return };
         let s = self.scheduler;
-        let place = self
-            .stopped
-            .as_ref()
-            .iter()
-            .position(|x| usize::from(x.slot) == slot + 1 && usize::from(x.rank) == rank);
-        let left = match place {
-            Some(place) => core::mem::replace(&mut self.stopped[place], Stopped::EMPTY).left,
-            None => s.left_of(&s.jobs[slot], slot, rank, Case::Expected),
-        };
+        let estimate = || s.left_of(&s.jobs[slot], slot, rank, Case::Expected);
+        let left = self.resume(slot, rank).unwrap_or_else(estimate);
         let going = &mut self.jobs[slot];
         going.ready.remove(rank);
         going.gone.insert(rank);
@@ -238,7 +237,9 @@ impl<'a, C: Capacity> Course<'a, C> {
         going.left = going.left.saturating_sub(1);
         if going.left == 0 {
             self.forward.end[slot] = self.now;
+            bits(self.behind & self.group).for_each(|held| self.requeue(held));
         }
+        let going = &mut self.jobs[slot];
         self.scheduler.version(slot).successors[rank].each(|s| {
             going.waiting_for[s] = going.waiting_for[s].saturating_sub(1);
             going.ready.insert_if(s, going.waiting_for[s] == 0 && !going.gone.contains(s));

@@ -1,7 +1,7 @@
 //! Preemption in a forward schedule, by the rule of the scheduler.
 
 use super::course::Course;
-use crate::capacity::Capacity;
+use crate::capacity::{Capacity, Empty};
 use crate::scheduler::{bits, pools::Rank};
 
 crate::capacity::stored! {
@@ -16,6 +16,13 @@ crate::capacity::stored! {
 }
 
 impl<C: Capacity> Course<'_, C> {
+    /// What is left of a sub-job that lost its lane, which has one again now.
+    pub(super) fn resume(&mut self, slot: usize, rank: usize) -> Option<u64> {
+        let is_it = |x: &&mut Stopped| usize::from(x.slot) == slot + 1 && usize::from(x.rank) == rank;
+        let stopped = self.stopped.as_mut().iter_mut().find(is_it)?;
+        Some(core::mem::replace(stopped, Stopped::EMPTY).left)
+    }
+
     /// Takes a lane of a full pool for a head, if a larger key runs there.
     pub(super) fn stop_one(&mut self, pool: usize, head: usize) -> bool {
         let s = self.scheduler;
