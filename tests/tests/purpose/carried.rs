@@ -295,7 +295,7 @@ fn a_slow_run_of_a_task_alone_costs_what_it_delays() {
 /// Nor does one make a task lose jobs to what is worth less.
 #[test]
 fn a_slow_run_beside_lower_values_costs_what_it_delays() {
-    let low: [(&str, u32, u64, u64); 4] = ["a", "b", "c", "d"].map(|name| (name, 1, 6, 20));
+    let low: [(&str, u32, u64, u64); 4] = ["a", "b", "c", "d"].map(|name| (name, 1, 6, 60));
     for jobs in [1, 3] {
         let world =
             Slow { period_ms: 20, from: 50, jobs, times_ms: &[(11, 3), (6, 6), (6, 6), (6, 6), (6, 6)] };
