@@ -62,7 +62,10 @@ const FIGURES: [Figure; 23] = [
         instead: &[],
         options: &["--horizon", "20s"],
         on_time: &[992, 8],
-        says: &[(PAGE, "992 of 1000 jobs on time beside nodes of 24 ms and value 1 every 24 ms or every 60 ms")],
+        says: &[(
+            PAGE,
+            "992 of 1000 jobs on time beside nodes of 24 ms and value 1 every 24 ms or every 60 ms",
+        )],
     },
     Figure {
         file: "probes",

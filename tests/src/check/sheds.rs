@@ -85,7 +85,9 @@ fn legal(facts: &Facts<'_>, units: &[Unit], job: &JobFacts, at: u64, reason: Rea
             ensure(is_due, || format!("{}: no job came", name()))?;
             let stays = |other: &JobFacts| {
                 let goes = other.shed.is_some_and(|(gone, reason)| {
-                    gone < at || gone == at && matches!(reason, Reason::Overload | Reason::Full)
+                    // A start that throws a result away has another look follow at the same instant.
+                    let went_too = matches!(reason, Reason::Overload | Reason::Full) && !facts.may_evict();
+                    gone < at || gone == at && went_too
                 });
                 other.release <= at && !goes && other.end.is_none_or(|end| end >= at)
             };
