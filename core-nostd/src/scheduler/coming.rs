@@ -91,6 +91,16 @@ impl<C: Capacity> Coming<C> {
         }
     }
 
+    /// Whether a lane that is free from an instant on has time for a node of a higher rank and all of these that are due no later, but not
+    /// for the head, too. Time bound: O(jobs).
+    pub(super) fn leave_no_time(&self, node: &Soon, free: u64) -> bool {
+        let due = |node: &Soon| node.key.saturating_add(signed(node.cost));
+        let before = self.iter().filter(|other| other.outranks && due(other) <= due(node));
+        let end = before.map(|other| other.cost).fold(free, u64::saturating_add);
+        let [without, with] = [end, end.saturating_add(self.head.cost)].map(signed);
+        node.outranks && without <= due(node) && due(node) < with
+    }
+
     pub(super) fn iter(&self) -> impl Iterator<Item = &Soon> {
         self.soon.as_ref().iter().take(self.count)
     }

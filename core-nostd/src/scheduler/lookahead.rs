@@ -10,7 +10,7 @@
 //! *Of a higher rank.* Whatever the gate, the lanes that a job in flight of a higher rank needs from now on, and those of the next 16 jobs of such a
 //! task, count whatever the head's key is, as far as the head can delay one because of another. The head waits for them even if it is late by
 //! that; others that are ready and need not wait go before it. In a pool of limited memory the head is also in the way where its
-//! memory and theirs do not fit. A late release is waited for for an eighth of its period. What cannot be in time alone, or lost all of
+//! memory and theirs do not fit, and on one lane where some of these and all that are due before them fit without the head and not with it. A late release is waited for for an eighth of its period. What cannot be in time alone, or lost all of
 //! late, is waited for by nobody, but for one probe in 17; and if its nodes take too long, it waits for everybody.
 //! *Why it ends.* A head that may be late for its key waits no longer, and each wait ends at an instant that is told, or with what runs.
 //! For a higher rank it waits as long as it would take a lane of its; but a probe only for what a floor cannot spare.
@@ -219,6 +219,7 @@ impl<C: Capacity> Scheduler<C> {
                 .sum::<u64>();
             head.memory.saturating_add(p.used - gone)
         };
+        let only = (lanes.count_ones() == 1).then_some(free[lanes.trailing_zeros() as usize]);
         let mut behind = free;
         take::<C>(&mut behind, &head);
         let (mut until, mut until_above) = (u64::MAX, u64::MAX);
@@ -226,7 +227,8 @@ impl<C: Capacity> Scheduler<C> {
             let is_ready = node.at <= now;
             let (late, in_time) = (take::<C>(&mut behind, node), take::<C>(&mut free, node));
             let is_crowded = p.limited && held(node.key).saturating_add(node.memory) > p.budget;
-            if (late > node.key || is_crowded) && in_time <= node.key {
+            let is_late = (late > node.key || is_crowded) && in_time <= node.key;
+            if is_late || only.is_some_and(|free| coming.leave_no_time(node, free)) {
                 let at = if is_ready { NEXT_EVENT } else { node.at };
                 until = until.min(at);
                 until_above = if node.outranks { until_above.min(at) } else { until_above };

@@ -79,6 +79,16 @@ impl Sim<'_> {
         let mut before = self.free_from(pool, now);
         let mut behind = before.clone();
         take(&mut behind, head);
+        // One lane: what it is asked for up to an instant, by all that is above and due by then.
+        let lane =
+            before.first().filter(|_| self.workload.pools[pool].lanes == 1).map(|&free| i128::from(free));
+        let due = |&(key, _, cost, ..): &Soon| key + i128::from(cost);
+        let all = soon.clone();
+        let leaves_no_time = |node: &Soon| {
+            let asked = all.iter().filter(|other| other.3 && due(other) <= due(node)).map(|other| other.2);
+            let asked = i128::from(asked.sum::<u64>());
+            lane.is_some_and(|free| (free + asked..free + asked + i128::from(cost)).contains(&due(node)))
+        };
         let mut until = Vec::new();
         for node in soon {
             let (key, at, _, above, memory) = node;
@@ -86,7 +96,7 @@ impl Sim<'_> {
                 budget.is_some_and(|budget| self.held_at(pool, key, now) + head.4 + memory > budget);
             let is_late = take(&mut behind, node) > key || is_crowded;
             let in_time = take(&mut before, node) <= key;
-            if is_late && in_time {
+            if is_late && in_time || above && leaves_no_time(&node) {
                 until.push((if at <= now { u64::MAX - 1 } else { at }, above));
             }
         }
