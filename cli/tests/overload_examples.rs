@@ -18,7 +18,7 @@ struct Figure {
     says: &'static [(&'static str, &'static str)],
 }
 
-const FIGURES: [Figure; 23] = [
+const FIGURES: [Figure; 24] = [
     Figure {
         file: "values",
         instead: &[],
@@ -142,6 +142,13 @@ const FIGURES: [Figure; 23] = [
         options: &["--horizon", "60s"],
         on_time: &[1_200, 4_800, 4_501],
         says: &[(PAGE, "a task of value 200 has 4800 of 6000 jobs on time")],
+    },
+    Figure {
+        file: "two-of-each",
+        instead: &[],
+        options: &["--horizon", "20s"],
+        on_time: &[201, 200, 2_000, 2_000, 222, 177],
+        says: &[(PAGE, "have 201 and 200 of 400 jobs on time beside two of value 2")],
     },
     Figure {
         file: "branches",
