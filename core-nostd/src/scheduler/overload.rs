@@ -8,7 +8,7 @@
 //! it costs nobody anything, and so do estimates recover. The schedule is run again. Of several that went, those come back that need not be gone.
 //! *Why it holds.* What goes is below x and saves it, or is late itself. So a job is late because of lower ranks only
 //! where these hold lanes already.
-//! *Time bound.* A look runs at most 4 * [`MOST`] + 2 * [`Capacity::JOBS`] + 3 forward schedules.
+//! *Time bound.* A look runs at most 6 * [`MOST`] + 2 * [`Capacity::JOBS`] + 3 forward schedules.
 
 use super::standing::Standing;
 use super::{Scheduler, action::ShedReason, bits, forward::Forward, outlook::Case, those};
@@ -58,10 +58,11 @@ impl<C: Capacity> Scheduler<C> {
             let lower = those(forward.in_the_way(x, stay), below);
             let least = bits(lower).min_by_key(|slot| standings[*slot]);
             if let Some(least) = least.filter(|least| tried >> *least & 1 == 0 && self.may_wait(*least, x)) {
-                let next = self.forward_behind(stay, behind | 1 << least);
                 tried |= 1 << least;
-                if next.late & !(forward.late & !(1 << least)) == 0 {
-                    (behind, forward) = (behind | 1 << least, next);
+                let late = self.late_in(stay, behind | 1 << least);
+                if late & !(forward.late & !(1 << least)) == 0 {
+                    behind |= 1 << least;
+                    forward = self.forward_behind(stay, behind);
                     continue;
                 }
             }
@@ -73,29 +74,24 @@ impl<C: Capacity> Scheduler<C> {
                     && self.can_end_in_time(&self.jobs[y], y, Case::Expected)
             };
             let cause = self.cause_of(x, &forward, stay, &standings);
-            let without = |slot: usize| self.forward_behind(stay & !(1 << slot), behind);
-            let (loses, because, next) = if let Some(least) = least
+            let (loses, because, goes) = if let Some(least) = least
                 && self.ends_in_time(x, stay & !those(stay, below))
             {
                 let rank = |slot: usize| standings[slot].map(|standing| standing.rank);
                 let equals = those(lower & !(1 << least), |slot| rank(*slot) == rank(least));
-                let other = self.first_late(&forward, equals);
-                let both = [Some(least), other].into_iter().flatten().map(|slot| (slot, without(slot)));
-                let (goes, next) =
-                    both.min_by_key(|(_, next)| next.late.count_ones()).unwrap_or((least, forward));
-                (goes, Some(x), Some(next))
-            } else if bits(forward.late & !kept & !(1 << x)).any(is_needed)
-                || self.harms_next(x, &forward, stay)
-            {
-                (x, cause, Some(without(x)))
+                let late = |without: usize| self.late_in(stay & !(1 << without), behind).count_ones();
+                let other = self.first_late(&forward, equals).filter(|other| late(*other) < late(least));
+                (other.unwrap_or(least), Some(x), true)
             } else {
-                kept |= 1 << x;
-                (x, cause, None)
+                let is_in_the_way = bits(forward.late & !kept & !(1 << x)).any(is_needed);
+                (x, cause, is_in_the_way || self.harms_next(x, &forward, stay))
             };
             self.warn(loses, forward.lateness(loses, self.jobs[loses].deadline), because);
-            if let Some(next) = next {
+            if goes {
                 stay &= !(1 << loses);
-                forward = next;
+                forward = self.forward_behind(stay, behind);
+            } else {
+                kept |= 1 << x;
             }
             if (self.in_flight & !stay).count_ones() >= MOST {
                 self.monitor.is_worse = true;
@@ -111,9 +107,9 @@ impl<C: Capacity> Scheduler<C> {
         // Each round takes one of those that went, the greatest first.
         while let Some(slot) = bits(gone).max_by_key(|slot| standings[*slot]) {
             gone &= !(1 << slot);
-            let back = self.forward_behind(stay | 1 << slot, behind);
-            if back.late & !kept == 0 {
-                (stay, forward) = (stay | 1 << slot, back);
+            if self.late_in(stay | 1 << slot, behind) & !kept == 0 {
+                stay |= 1 << slot;
+                forward = self.forward_behind(stay, behind);
                 if (known | kept) >> slot & 1 == 0 {
                     self.withdraw_warning(slot);
                 }
@@ -141,6 +137,12 @@ impl<C: Capacity> Scheduler<C> {
             self.jobs[slot].band = if lost >> slot & 1 != 0 { 0 } else { band + 1 };
             self.requeue(slot);
         }
+    }
+
+    /// Who is late in a forward schedule. Its own frame: none of them takes room in that of a look.
+    #[inline(never)]
+    fn late_in(&self, group: u64, behind: u64) -> u64 {
+        self.forward_behind(group, behind).late
     }
 
     /// Whether the nodes of a job will wait for one above it, as far as it would be late because of them.
