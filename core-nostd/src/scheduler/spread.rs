@@ -68,7 +68,7 @@ impl<'a, C: Capacity> Stage<'a, C> {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Need<C: Capacity> {
     lanes: C::Lanes<Held>,
-    /// By how much later than that it may have them all, in nanoseconds.
+    /// By how much later than that it may have them all, in nanoseconds; below 0 if it is late all the same.
     pub(super) spare: i64,
     /// Bytes that it has there at once, of nodes that have not started.
     pub(super) memory: u64,
@@ -134,7 +134,7 @@ impl<C: Capacity> Scheduler<C> {
         };
         let all = p.lanes.count_ones() as usize;
         let spread = (least..all).map(on).find(|spread| spread.end <= due).unwrap_or_else(|| on(all));
-        let spare = due.saturating_sub(spread.end).cast_signed();
+        let spare = due.cast_signed().saturating_sub(i64::try_from(spread.end).unwrap_or(i64::MAX));
         let mut lanes = <C::Lanes<Held>>::EMPTY;
         bits(p.lanes.into()).for_each(|lane| lanes[lane] = spread.held[lane]);
         Need { lanes, spare, memory: spread.most.min(p.budget) }
