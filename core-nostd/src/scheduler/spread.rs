@@ -68,7 +68,7 @@ impl<'a, C: Capacity> Stage<'a, C> {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Need<C: Capacity> {
     lanes: C::Lanes<Held>,
-    /// By how much later than that it may have them all, in nanoseconds; below 0 if it is late all the same.
+    /// By how much later than that it may have them all, in nanoseconds.
     pub(super) spare: i64,
     /// Bytes that it has there at once, of nodes that have not started.
     pub(super) memory: u64,
@@ -86,32 +86,29 @@ impl<C: Capacity> Scheduler<C> {
     /// What a job in flight needs from now on. Time bound: that of a spread.
     pub(super) fn need_of(&self, pool: usize, slot: usize) -> Need<C> {
         let (job, version) = (&self.jobs[slot], self.version(slot));
-        at_most_seen(&self.tasks[job.task.index()], |as_seen| {
-            let mut stage = Stage::new(&job.done, &job.running, &job.waiting_for);
-            for rank in job.undone(version).iter() {
-                self.enter(&mut stage, pool, rank, self.node(slot, rank));
-                let left = |case| self.left_of(job, slot, rank, case);
-                stage.left[rank] = left(Case::Worst).max(if as_seen { left(Case::Expected) } else { 0 });
-            }
-            self.need(pool, version, job.deadline.since(self.now).as_nanos(), &stage)
-        })
+        let overran = self.tasks[job.task.index()].overran;
+        let mut stage = Stage::new(&job.done, &job.running, &job.waiting_for);
+        for rank in job.undone(version).iter() {
+            self.enter(&mut stage, pool, rank, self.node(slot, rank));
+            let left = |case| self.left_of(job, slot, rank, case);
+            stage.left[rank] = left(Case::Worst).max(if overran { left(Case::Expected) } else { 0 });
+        }
+        self.need(pool, version, job.deadline.since(self.now).as_nanos(), &stage)
     }
 
     /// What a job to come of a task needs from its release on. Time bound: that of a spread.
     pub(super) fn need_of_next(&self, pool: usize, task: &Task<C>) -> Need<C> {
         let (version, none) = (task.newest(), NodeSet::EMPTY);
-        let need = at_most_seen(task, |as_seen| {
-            let mut stage = Stage::new(&none, &none, &version.indegree);
-            for rank in 0..usize::from(version.len) {
-                let place = usize::from(version.order[rank]);
-                let (node, window) =
-                    (&task.nodes[place], Estimator::of(task.shifts[place], &task.samples[place]));
-                self.enter(&mut stage, pool, rank, node);
-                stage.left[rank] =
-                    stage.left[rank].max(if as_seen { before_start(node, &window) } else { 0 });
-            }
-            self.need(pool, version, task.timing.deadline.as_nanos(), &stage)
-        });
+        let mut stage = Stage::new(&none, &none, &version.indegree);
+        for rank in 0..usize::from(version.len) {
+            let place = usize::from(version.order[rank]);
+            let (node, window) =
+                (&task.nodes[place], Estimator::of(task.shifts[place], &task.samples[place]));
+            self.enter(&mut stage, pool, rank, node);
+            stage.left[rank] =
+                stage.left[rank].max(if task.overran { before_start(node, &window) } else { 0 });
+        }
+        let need = self.need(pool, version, task.timing.deadline.as_nanos(), &stage);
         Need { spare: need.spare.min(version.slack), ..need }
     }
 
@@ -134,17 +131,11 @@ impl<C: Capacity> Scheduler<C> {
         };
         let all = p.lanes.count_ones() as usize;
         let spread = (least..all).map(on).find(|spread| spread.end <= due).unwrap_or_else(|| on(all));
-        let spare = due.cast_signed().saturating_sub(i64::try_from(spread.end).unwrap_or(i64::MAX));
+        let spare = due.saturating_sub(spread.end).cast_signed();
         let mut lanes = <C::Lanes<Held>>::EMPTY;
         bits(p.lanes.into()).for_each(|lane| lanes[lane] = spread.held[lane]);
         Need { lanes, spare, memory: spread.most.min(p.budget) }
     }
-}
-
-/// What a job of a task needs: at its estimates where these are longer than its WCETs and it can be in time all the same, else at WCET.
-fn at_most_seen<C: Capacity>(task: &Task<C>, need: impl Fn(bool) -> Need<C>) -> Need<C> {
-    let as_seen = if task.overran { Some(need(true)).filter(|need| need.spare >= 0) } else { None };
-    as_seen.unwrap_or_else(|| need(false))
 }
 
 impl<C: Capacity> Version<C> {
