@@ -125,7 +125,7 @@ impl<C: Capacity> Scheduler<C> {
             }
         }
         if fires {
-            self.drop_least_urgent(self.now);
+            self.drop_least_urgent();
         }
         if self.now >= self.monitor.wake {
             self.reopen();

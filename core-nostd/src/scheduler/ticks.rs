@@ -22,13 +22,13 @@ impl<C: Capacity> Scheduler<C> {
             return self.now;
         }
         let is_worse = self.catch_up(now);
-        self.now = now;
         let tick = self.tick().as_nanos();
         if self.config.shed != Shed::LowestUrgency {
             self.window = Instant::from_nanos(now.as_nanos() / tick * tick);
         } else if let Some(before) = now.as_nanos().checked_sub(1) {
             self.pass_ticks(before / tick * tick);
         }
+        self.now = now;
         if is_worse {
             self.delayed();
         }
@@ -74,7 +74,8 @@ impl<C: Capacity> Scheduler<C> {
         while let Some(rest) = self.monitor.over.checked_sub(self.config.overload.ticks.into()) {
             let before = self.in_flight;
             let since = self.tick().as_nanos().saturating_mul(rest.into());
-            self.drop_least_urgent(Instant::from_nanos(last.saturating_sub(since)));
+            self.now = Instant::from_nanos(last.saturating_sub(since));
+            self.drop_least_urgent();
             let is_last = self.in_flight == before;
             let rest = if is_last { rest % u32::from(self.config.overload.ticks).max(1) } else { rest };
             self.count_ticks(rest.into());

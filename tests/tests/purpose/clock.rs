@@ -4,7 +4,9 @@ use super::sets::{Set, Task, Times, Wish};
 use super::{LOADS, VALUES};
 use red_core::Outcome;
 use red_tests::drive::{Drive, Watch};
+use red_workload::model::Workload;
 use red_workload::policy::Policy;
+use red_workload::{Format, parse};
 use std::collections::{BTreeMap, BTreeSet};
 
 const HORIZON_NS: u64 = 3_000_000_000;
@@ -29,9 +31,12 @@ impl Watch for Ends {
 }
 
 fn ends(set: &Set, policy: Policy, percent: u64, late_ns: (u64, u64), seed: u64) -> Ends {
+    ends_of(&set.workload(), policy, percent, late_ns, seed)
+}
+
+fn ends_of(workload: &Workload, policy: Policy, percent: u64, late_ns: (u64, u64), seed: u64) -> Ends {
     let mut ends = Ends::default();
-    let workload = set.workload();
-    Drive::new(&workload, policy.config(), (percent, percent), seed)
+    Drive::new(workload, policy.config(), (percent, percent), seed)
         .late_by(late_ns)
         .run(HORIZON_NS, &mut ends);
     ends
@@ -144,6 +149,33 @@ fn the_paper_s_rule_sheds_the_same_whenever_it_looks() {
                 "{case:?}: of task {nth} {ideal} given up beside a clock that is never late, and {real} here"
             );
         }
+    }
+}
+
+/// Nor where who is less urgent at the tick is more urgent when somebody looks: sub-deadlines are those of the tick, too.
+#[test]
+fn the_paper_s_rule_sheds_who_was_least_urgent_at_the_tick() {
+    let task = |name: &str, period: u32, deadline: &str, weights: &str, encoder: u32, decoders: &str| {
+        format!(
+            "[[task]]\nname = '{name}'\nperiod = '{period}ms'\ndeadline = '{deadline}'\n\
+             [[task.node]]\nname = 'p'\n[task.node.mimonet]\nweights = '{weights}'\nframe = 'camera'\n\
+             encoder = {{ wcet = '{encoder}ms' }}\ndecoders = [{decoders}]\n\
+             [[task.node]]\nname = 'control'\nafter = ['p']\nwcet = '2ms'\n"
+        )
+    };
+    let file = "[[pool]]\nname = 'cpu'\nlanes = 1\n[[sensor]]\nname = 'camera'\nperiod = '30ms'\n".to_owned()
+        + &task("lane", 30, "45200us", "shared", 9, "{ name = 'x', wcet = '6ms' }")
+        + &task("det", 30, "30ms", "shared", 9, "{ name = 'y', wcet = '8ms' }, { name = 'z', wcet = '7ms' }")
+        + &task("seg", 60, "60ms", "own", 11, "{ name = 's', wcet = '9ms' }");
+    let workload = parse(file.as_bytes(), Format::Toml, "tie.toml").expect("a workload");
+    let [ideal, real] = [(0, 0), RED_LATE_NS].map(|late| ends_of(&workload, Policy::Red, 97, late, 3).0);
+    for task in 0..3 {
+        let shed = |ends: &BTreeMap<_, u64>| ends.get(&(task, "urgency")).copied().unwrap_or(0);
+        let (ideal, real) = (shed(&ideal), shed(&real));
+        assert!(
+            10 * ideal.abs_diff(real) <= ideal.max(20),
+            "of task {task} {ideal} given up beside a clock that is never late, and {real} here"
+        );
     }
 }
 
