@@ -21,7 +21,9 @@ const fn words(reason: ShedReason) -> &'static str {
     match reason {
         ShedReason::Full => "no place for a 65th job",
         ShedReason::Hopeless => "not even its best case could end by the deadline",
-        ShedReason::Overload => "another job would have been late beside it",
+        ShedReason::Overload => {
+            "a job of another task, or the next one of its own, would have been late beside it"
+        }
         ShedReason::Urgency => "lasting overload, and it had the lowest urgency",
         ShedReason::Late => "past its deadline",
         ShedReason::Fault => "one of its bodies failed",

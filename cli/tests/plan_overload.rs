@@ -114,7 +114,10 @@ fn a_task_that_loses_alone_is_told_so() {
     let (_, plan, _) = planned("long.toml", &text);
     let reason = of(&plan, "long")["reason"].as_str().expect("a sentence");
     assert!(reason.contains("even alone"), "{reason}");
-    assert!(reason.contains("its longest path of 40.000 ms exceeds its deadline of 30.000 ms"), "{reason}");
+    assert!(
+        reason.contains("its longest path of 40.000 ms at WCET exceeds its deadline of 30.000 ms"),
+        "{reason}"
+    );
 }
 
 #[test]

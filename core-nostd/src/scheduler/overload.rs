@@ -49,7 +49,7 @@ impl<C: Capacity> Scheduler<C> {
         let mut standings = <C::Jobs<Option<Standing>>>::EMPTY;
         self.slots()
             .for_each(|slot| standings[slot] = Some(self.standing(slot, self.floor_of(&self.jobs[slot]))));
-        let (mut stay, mut kept, mut is_doubtful) = (self.in_flight, 0, false);
+        let (mut stay, mut kept) = (self.in_flight, 0);
         let (mut behind, mut tried) = (0u64, 0u64);
         let known = those(self.in_flight, |slot| self.is_warned_of(*slot));
         // Each round puts a job behind others, or keeps one or lets one go: either is lost to its task.
@@ -66,7 +66,6 @@ impl<C: Capacity> Scheduler<C> {
                     continue;
                 }
             }
-            is_doubtful |= stay != self.in_flight;
             let is_doubted = self.is_doubted(&self.jobs[x]);
             let is_needed = |y: usize| {
                 (!is_doubted || standings[y] > standings[x])
@@ -103,7 +102,7 @@ impl<C: Capacity> Scheduler<C> {
                 standings[slot] = Some(self.standing(slot, &floors[task.index()]));
             }
         }
-        let mut gone = if is_doubtful { self.in_flight & !stay } else { 0 };
+        let mut gone = self.in_flight & !stay;
         // Each round takes one of those that went, the greatest first.
         while let Some(slot) = bits(gone).max_by_key(|slot| standings[*slot]) {
             gone &= !(1 << slot);

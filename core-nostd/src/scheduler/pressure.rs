@@ -5,8 +5,8 @@
 //! *Rule.* There is pressure for four times the longest relative deadline after a look at which somebody was late by keys alone, but for no
 //! more than 16 times the longest of the late ones: a task that has hours does not keep ranks in front for hours. It is in the pools
 //! that a late job needs, and in those that jobs in flight tie to them: what fits elsewhere is left alone.
-//! While it lasts, jobs go by band and then by key. Jobs that are worth more than every task that lost a job of late are one band:
-//! nothing of them is lost, so that they need no order by rank. Those below follow by rank. A job that has started counts as
+//! While it lasts, jobs go by band and then by key. Jobs that are worth more than every task that lost several of late are one band:
+//! next to nothing of them is lost, so that they need no order by rank. Those below follow by rank. A job that has started counts as
 //! owed where its task's floor cannot spare another one: what was overtaken for that would have run for nothing.
 //! *By deadline.* Latest starts put the longest way first, which may be the newest job's. Where all are worth the same, deadlines
 //! order a band instead if nobody is late by that.
@@ -15,8 +15,12 @@
 
 use super::{Scheduler, bits, forward::Forward, jobs::Job, standing::Rank, those};
 use crate::capacity::{Capacity, Empty};
+use crate::policy::floor::RECENT;
 use crate::time::{Duration, Instant};
 use core::cmp::Reverse;
+
+/// Of its last 16 jobs. Fewer are chance, or what ranks themselves cost it, and would keep ranks in front for ever.
+const SEVERAL: u32 = RECENT / 4;
 
 impl<C: Capacity> Scheduler<C> {
     /// The forward schedule of all in flight, when pressure and bands are up to date. Time bound: three of these, and
@@ -126,7 +130,7 @@ impl<C: Capacity> Scheduler<C> {
         let is_in = |slot: &usize| self.version(*slot).pool_mask & pressed != 0;
         for (_, jobs) in self.tied(those(self.in_flight, is_in)) {
             let timing = |slot: usize| &self.tasks[self.jobs[slot].task.index()].timing;
-            let lost = bits(jobs).map(timing).filter(|timing| timing.floor.recently_lost() > 0);
+            let lost = bits(jobs).map(timing).filter(|timing| timing.floor.recently_lost() >= SEVERAL);
             let level = lost.map(|timing| timing.value).max();
             let first = bits(jobs).next().map(|slot| self.jobs[slot].task);
             if bits(jobs).any(|slot| Some(self.jobs[slot].task) != first) {

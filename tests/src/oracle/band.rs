@@ -100,10 +100,10 @@ impl Sim<'_> {
         }
     }
 
-    /// The largest value of a task with one of these jobs that lost one of its last jobs; nothing is below all values.
+    /// The largest value of a task with one of these jobs that lost several of its last jobs; nothing is below all values.
     fn level(&self, tied: &[usize]) -> Option<u32> {
         let losing =
-            tied.iter().map(|&at| self.jobs[at].task).filter(|&task| self.recently_lost(task, &[]) > 0);
+            tied.iter().map(|&at| self.jobs[at].task).filter(|&task| self.recently_lost(task, &[]) >= 4);
         losing.map(|task| self.workload.tasks[task].value).max()
     }
 

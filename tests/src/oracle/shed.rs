@@ -95,7 +95,6 @@ impl Sim<'_> {
         };
         // Those that left, by what they were when they did.
         let mut outside: Vec<(Standing, usize)> = Vec::new();
-        let mut kept_later = false;
         while outside.len() < LEAVE_AT_MOST {
             let fates = self.forward_behind(&look.group, &look.behind, now);
             let Some(x) = self.first_late(&fates, |job| !look.kept.contains(&job)) else { break };
@@ -109,22 +108,19 @@ impl Sim<'_> {
             } else {
                 look.kept.push(x.job);
                 look.lost.push(x.job);
-                kept_later |= !outside.is_empty();
             }
         }
         let cut_short = outside.len() == LEAVE_AT_MOST;
-        if kept_later || outside.len() >= 2 {
-            outside.sort_unstable_by_key(|&left| Reverse(left));
-            outside.retain(|&(_, job)| {
-                look.group.push(job);
-                let with_it = self.forward_behind(&look.group, &look.behind, now);
-                let stays_out = self.first_late(&with_it, |job| !look.kept.contains(&job)).is_some();
-                if stays_out {
-                    look.group.pop();
-                }
-                stays_out
-            });
-        }
+        outside.sort_unstable_by_key(|&left| Reverse(left));
+        outside.retain(|&(_, job)| {
+            look.group.push(job);
+            let with_it = self.forward_behind(&look.group, &look.behind, now);
+            let stays_out = self.first_late(&with_it, |job| !look.kept.contains(&job)).is_some();
+            if stays_out {
+                look.group.pop();
+            }
+            stays_out
+        });
         let fates = self.forward_behind(&look.group, &look.behind, now);
         let may = |fate: &&Fate| self.is_late(fate) && self.policy == Policy::Redrt;
         let late = fates.iter().filter(may).map(|fate| fate.job);

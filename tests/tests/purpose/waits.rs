@@ -87,6 +87,18 @@ fn what_higher_values_take_together_is_left_to_them() {
     }
 }
 
+/// A task that never fits makes no higher value lose jobs again and again because another one could do without waiting.
+#[test]
+fn one_lost_job_is_not_the_first_of_many() {
+    let planner = task("planner", "value = 1000", (50, 50), &[("cpu", 18)]);
+    let control = task("control", "value = 200", (10, 15), &[("cpu", 3)]);
+    for (period, wcet) in [(8, 2), (9, 2), (8, 3)] {
+        let radio = task("radio", "value = 10", (period, period), &[("cpu", wcet)]);
+        let found = on_time(&[planner.clone(), control.clone(), radio].concat());
+        assert!(found[..2].iter().all(|(on_time, due)| on_time + 9 >= *due), "{period} ms: {found:?}");
+    }
+}
+
 /// A task that comes often and never has room costs a higher value no more than it takes to learn how long its nodes take.
 #[test]
 fn probes_of_what_comes_often_cost_little() {

@@ -130,7 +130,9 @@ fn by_itself(workload: &Workload, asked: &Asked, task: usize, losses: &Losses) -
     let (longest_ns, deadline_ns) = (asked.longest_ns[task], workload.tasks[task].deadline_ns);
     let [longest, deadline] = [longest_ns, deadline_ns].map(Duration::from_nanos);
     if longest_ns > deadline_ns {
-        return format!("its longest path of {longest} exceeds its deadline of {deadline}");
+        return format!(
+            "its longest path of {longest} at WCET exceeds its deadline of {deadline}; only shorter runs are in time"
+        );
     }
     match asked.busiest(workload, task, |other| other == task).filter(|(_, ppm)| *ppm > WHOLE_PPM) {
         Some((pool, ppm)) => {

@@ -13,87 +13,94 @@ fn low(value: u32) -> Task {
     Task { value, ..every(once("low", 30, vec![node("n", 10, &[])]), 20) }
 }
 
-/// Job 0 of low would run from 25 to 35. It is late in the looks at 0 and 20, and hopeless at 25.
-fn first(deadline_ms: u64) -> Task {
-    single("first", 9, 0, 25, deadline_ms)
+/// Job j of low would run from 21 * j + 21 on, for j up to 3. It is late in the looks at 20 * j and 20 * j + 20, and then hopeless.
+fn firsts(cost_ms: u64, deadline_ms: u64) -> Vec<Task> {
+    let first = |nth: u64| single(&format!("first-{nth}"), 9, 21 * nth, cost_ms, deadline_ms);
+    (0..4).map(first).collect()
+}
+
+fn after_firsts(more: Vec<Task>) -> Vec<Task> {
+    [firsts(21, 30), more].concat()
 }
 
 /// What starts in 20 ms from `from_ms` on.
 fn starts(tasks: Vec<Task>, policy: Policy, from_ms: u64) -> Vec<String> {
-    let mut outcome = simulate(&workload(1, tasks), policy, 200 * MS);
+    let mut outcome = simulate(&workload(1, tasks), policy, 300 * MS);
     outcome.rows.retain(|row| (from_ms..from_ms + 20).contains(&(row.start_ns / MS)));
     lines(&outcome)
 }
 
 #[test]
 fn a_lower_job_waits_under_pressure_although_its_key_is_first() {
-    // At 40 the keys are 60 and 65. Nobody is late by them, but somebody was at 20, until 140 there is pressure, and
-    // low has lost a job.
-    let tasks = |cost_of_first_ms: u64| {
-        let first = single("first", 9, 0, cost_of_first_ms, 30);
-        vec![first, low(1), single("second", 2, 40, 15, 40)]
-    };
+    // At 100 the keys are 120 and 125. Nobody is late by them, but somebody was at 80, until 200 there is pressure, and
+    // low has lost four jobs.
+    let tasks = |firsts: Vec<Task>| [firsts, vec![low(1), single("second", 2, 100, 15, 40)]].concat();
     for policy in [Policy::Redrt, Policy::RedrtLookahead] {
-        assert_eq!(starts(tasks(25), policy, 40), ["second/0/n 0 40..55", "low/2/n 0 55..65"]);
-        assert_eq!(starts(tasks(15), policy, 40), ["low/2/n 0 40..50", "second/0/n 0 50..65"]);
+        let lines = |cost_of_first_ms| starts(tasks(firsts(cost_of_first_ms, 30)), policy, 100);
+        assert_eq!(lines(21), ["second/0/n 0 100..115", "low/5/n 0 115..125"]);
+        assert_eq!(lines(5), ["low/5/n 0 100..110", "second/0/n 0 110..125"]);
+        // Where only three were lost there are no bands.
+        let three = tasks(firsts(21, 30).into_iter().take(3).collect());
+        assert_eq!(starts(three, policy, 100), ["low/5/n 0 100..110", "second/0/n 0 110..125"]);
     }
-    // The others know no pressure. By their deadlines, job 0 of low runs late, and job 2 is before second.
-    assert_eq!(starts(tasks(25), Policy::Edf, 40), ["low/2/n 0 45..55", "second/0/n 0 55..70"]);
+    // The others know no pressure. By their deadlines jobs of low run late, and job 5 is before second.
+    assert_eq!(starts(tasks(firsts(21, 30)), Policy::Edf, 124), ["low/4/n 0 124..134", "low/5/n 0 134..144"]);
 }
 
 #[test]
 fn lanes_wait_for_nothing_that_is_below_the_head() {
-    // At 40 the head is second, of the highest band and with the key 65. The next urgent one has the key 47.
-    let urgent = |value: u32| Task { value, ..every(once("urgent", 4, vec![node("n", 2, &[])]), 45) };
+    // At 100 the head is second, of the highest band and with the key 125. The next urgent one has the key 107.
+    let urgent = |value: u32| Task { value, ..at(every(once("urgent", 4, vec![node("n", 2, &[])]), 45), 60) };
     let of = |value: u32, policy: Policy| {
-        starts(vec![first(30), low(1), single("second", 2, 40, 15, 40), urgent(value)], policy, 40)[0].clone()
+        let tasks = after_firsts(vec![low(1), single("second", 2, 100, 15, 40), urgent(value)]);
+        starts(tasks, policy, 100)[0].clone()
     };
     for value in [1, 2] {
-        assert_eq!(of(value, Policy::Redrt), "second/0/n 0 40..55");
+        assert_eq!(of(value, Policy::Redrt), "second/0/n 0 100..115");
     }
-    assert_eq!(of(1, Policy::RedrtLookahead), "second/0/n 0 40..55");
-    assert_eq!(of(2, Policy::RedrtLookahead), "urgent/1/n 0 45..47");
+    assert_eq!(of(1, Policy::RedrtLookahead), "second/0/n 0 100..115");
+    assert_eq!(of(2, Policy::RedrtLookahead), "urgent/1/n 0 105..107");
 }
 
 #[test]
 fn a_value_has_to_be_above_the_level() {
-    let later_key = |value: u32| single("second", value, 40, 15, 40);
-    let first_key = |value: u32| single("second", value, 40, 10, 29);
+    let later_key = |value: u32| single("second", value, 100, 15, 40);
+    let first_key = |value: u32| single("second", value, 100, 10, 29);
     let of = |low_value: u32, second: Task| {
-        starts(vec![first(30), low(low_value), second], Policy::Redrt, 40)[0].clone()
+        starts(after_firsts(vec![low(low_value), second]), Policy::Redrt, 100)[0].clone()
     };
-    assert_eq!(of(1, later_key(2)), "second/0/n 0 40..55");
-    // Two of one band go by their keys, 60 and 65 or 59.
-    assert_eq!(of(2, later_key(2)), "low/2/n 0 40..50");
-    assert_eq!(of(2, first_key(2)), "second/0/n 0 40..50");
+    assert_eq!(of(1, later_key(2)), "second/0/n 0 100..115");
+    // Two of one band go by their keys, 120 and 125 or 119.
+    assert_eq!(of(2, later_key(2)), "low/5/n 0 100..110");
+    assert_eq!(of(2, first_key(2)), "second/0/n 0 100..110");
     // Up to the level they are ordered by value.
-    assert_eq!(of(3, first_key(2)), "low/2/n 0 40..50");
+    assert_eq!(of(3, first_key(2)), "low/5/n 0 100..110");
     // A floor that cannot spare it makes a job one of the highest.
     let floored = |task: Task| Task { floor: Some((1, 1)), ..task };
-    assert_eq!(of(3, floored(later_key(2))), "second/0/n 0 40..55");
-    assert_eq!(of(3, later_key(2)), "low/2/n 0 40..50");
+    assert_eq!(of(3, floored(later_key(2))), "second/0/n 0 100..115");
+    assert_eq!(of(3, later_key(2)), "low/5/n 0 100..110");
 }
 
 #[test]
 fn the_level_is_of_tasks_with_a_job_in_flight() {
-    // At 40 the keys are 60 and 65. Only where a job of low, which has lost one, is there too they get bands.
-    let of = |low: Task| {
-        let tasks = vec![first(30), low, single("third", 1, 40, 10, 30), single("second", 2, 40, 15, 40)];
-        starts(tasks, Policy::Redrt, 40)[0].clone()
+    // From 84 to 94 job 4 of low runs, and job 5 comes at 100. Only where a job of low, which has lost four, is there too bands differ.
+    let of = |at_ms: u64| {
+        let tasks = vec![low(1), single("third", 1, at_ms, 10, 30), single("second", 2, at_ms, 15, 40)];
+        starts(after_firsts(tasks), Policy::Redrt, at_ms)[0].clone()
     };
-    assert_eq!(of(single("low", 1, 0, 10, 30)), "third/0/n 0 40..50");
-    assert_eq!(of(low(1)), "second/0/n 0 40..55");
+    assert_eq!(of(95), "third/0/n 0 95..105");
+    assert_eq!(of(100), "second/0/n 0 100..115");
 }
 
 #[test]
 fn pressure_ends() {
-    // The look at 20 is the last that finds somebody late: until 20 + 4 * 30 or 20 + 4 * 31, that instant excluded.
+    // The look at 80 is the last that finds somebody late: until 80 + 4 * 30 or 80 + 4 * 31, that instant excluded.
     let of = |deadline_ms: u64| {
-        let tasks = vec![first(deadline_ms), low(1), single("third", 2, 140, 15, 40)];
-        starts(tasks, Policy::Redrt, 140)[0].clone()
+        let tasks = vec![low(1), single("third", 2, 200, 15, 40)];
+        starts([firsts(21, deadline_ms), tasks].concat(), Policy::Redrt, 200)[0].clone()
     };
-    assert_eq!(of(30), "low/7/n 0 140..150");
-    assert_eq!(of(31), "third/0/n 0 140..155");
+    assert_eq!(of(30), "low/10/n 0 200..210");
+    assert_eq!(of(31), "third/0/n 0 200..215");
 }
 
 fn stepped(workload: &Workload, until_ms: u64) -> Sim<'_> {
@@ -106,30 +113,30 @@ fn stepped(workload: &Workload, until_ms: u64) -> Sim<'_> {
 
 #[test]
 fn pressure_is_of_a_schedule_with_all_in_one_band() {
-    // By bands low/2 would run from 61 to 71 and be late. By keys it ends at 50, and second at 71.
-    let workload = workload(1, vec![first(30), low(1), single("second", 2, 40, 21, 45)]);
+    // By bands low/5 would run from 121 to 131 and be late. By keys it ends at 110, and second at 131.
+    let workload = workload(1, after_firsts(vec![low(1), single("second", 2, 100, 21, 45)]));
     let pressure = |until_ms: u64| stepped(&workload, until_ms).pressure_until[0] / i128::from(MS);
-    assert_eq!([0, 20, 40].map(pressure), [120, 140, 140]);
-    // From 60 on it is late by keys, too.
-    assert_eq!(pressure(60), 240);
-    let sim = stepped(&workload, 40);
-    assert_eq!(sim.jobs.iter().map(|job| job.task).collect::<Vec<_>>(), [1, 2]);
-    let late: Vec<bool> = sim.forward(&[0, 1], 40 * MS).iter().map(|fate| sim.is_late(fate)).collect();
+    assert_eq!([0, 20, 100].map(pressure), [120, 140, 200]);
+    // From 120 on it is late by keys, too.
+    assert_eq!(pressure(120), 300);
+    let sim = stepped(&workload, 100);
+    assert_eq!(sim.jobs.iter().map(|job| job.task).collect::<Vec<_>>(), [4, 5]);
+    let late: Vec<bool> = sim.forward(&[0, 1], 100 * MS).iter().map(|fate| sim.is_late(fate)).collect();
     assert_eq!(late, [true, false]);
 }
 
 #[test]
 fn bands_are_of_the_last_look() {
-    let workload = workload(1, vec![first(30), low(1), single("second", 2, 40, 15, 40)]);
+    let workload = workload(1, after_firsts(vec![low(1), single("second", 2, 100, 15, 40)]));
     let bands = |until_ms: u64| {
         let sim = stepped(&workload, until_ms);
         sim.jobs.iter().map(|job| (job.task, job.band.0)).collect::<Vec<_>>()
     };
     // Nobody has lost anything yet, but one is late and stays.
-    assert_eq!(bands(0), [(0, Band::Highest), (1, Band::Last)]);
-    assert_eq!(bands(40), [(1, Band::Ranked(true, false, 1, 0)), (2, Band::Highest)]);
-    // Nothing is left of the pressure at 140.
-    assert_eq!(bands(140), [(1, Band::Lowest)]);
+    assert_eq!(bands(0), [(0, Band::Highest), (4, Band::Last)]);
+    assert_eq!(bands(100), [(4, Band::Ranked(true, false, 1, 0)), (5, Band::Highest)]);
+    // Nothing is left of the pressure at 200.
+    assert_eq!(bands(200), [(4, Band::Lowest)]);
 }
 
 #[test]

@@ -88,8 +88,9 @@ fn chain(costs_ms: &[u64]) -> Vec<Node> {
 
 #[test]
 fn the_job_of_less_value_goes_before_it_makes_another_late() {
-    // The chains would take turns, low until 50 and high until 60. From 50 on low has lost a job and waits for high:
-    // now it is late itself, costs nobody anything, and stays until that is known.
+    // The chains would take turns, low until 50 and high until 60. Low goes three times. From 150 on it has lost
+    // three, and goes a fourth time. From 200 on it waits for high: now it is late itself, costs nobody anything, and stays until
+    // that is known.
     let of = |name: &str, value: u32, floor: Option<(u32, u32)>| Task {
         value,
         floor,
@@ -97,32 +98,38 @@ fn the_job_of_less_value_goes_before_it_makes_another_late() {
     };
     let both = workload(1, vec![of("low", 1, None), of("high", 10, None)]);
     assert_eq!(
-        sheds(&both, Policy::Redrt, 150),
-        ["low/0 0 overload", "low/1 80 hopeless", "low/2 130 hopeless"]
+        sheds(&both, Policy::Redrt, 300),
+        [
+            "low/0 0 overload",
+            "low/1 50 overload",
+            "low/2 100 overload",
+            "low/3 150 overload",
+            "low/4 230 hopeless",
+            "low/5 280 hopeless"
+        ]
     );
     // The values of the others do not matter where a floor cannot spare a job. Nobody below high is in its way, it
-    // harms nobody else, and stays behind low until it is known to be late.
+    // harms nobody else, and stays behind low until it is known to be late. The next one would make low late.
     let floored = workload(1, vec![of("low", 1, Some((1, 1))), of("high", 10, None)]);
-    assert_eq!(sheds(&floored, Policy::Redrt, 51), ["high/0 30 hopeless"]);
+    assert_eq!(sheds(&floored, Policy::Redrt, 51), ["high/0 30 hopeless", "high/1 50 overload"]);
     // One node each, in the order of the keys 13 and 15.
     let single = |name: &str, due_ms: u64, value: u32| Task {
         value,
         ..every(once(name, due_ms, vec![node("n", 25, &[])]), 40)
     };
     let both = workload(1, vec![single("low", 38, 1), single("high", 40, 1000)]);
-    assert_eq!(sheds(&both, Policy::Redrt, 80), ["low/0 0 overload", "low/1 65 hopeless"]);
+    assert_eq!(sheds(&both, Policy::Redrt, 80), ["low/0 0 overload", "low/1 40 overload"]);
 }
 
 #[test]
 fn as_many_jobs_go_as_the_lanes_cannot_carry() {
     // 40 ms of work come every 30 ms and have 60: those of 0 end by 40, of 30 by 80, of 60 by 120, all in time, and
-    // of 90 by 160. Without the last of low there is 20 ms less: those of 120 end by 180, in time. But low waits from
-    // then on. At 150 high has work until 180, so that job 4 of low would end at 200, due at 180, and job 5 at 220, due
-    // at 210: the first leaves for the other. At 180 high comes again, and job 5 would end at 220 all the same.
+    // of 90 by 160. Without the last of low there is 20 ms less: those of 120 end by 180, in time, and of 150 by 220. So
+    // every other job of low goes, and there is as much work as time.
     let of = |name: &str, value: u32| Task { value, ..every(once(name, 60, chain(&[4; 5])), 30) };
     for tasks in [vec![of("high", 100), of("low", 1)], vec![of("low", 1), of("high", 100)]] {
         let outcome = simulate(&workload(1, tasks), Policy::Redrt, 240 * MS);
-        assert_eq!(shed_lines(&outcome), ["low/3 90 overload", "low/4 150 overload", "low/5 192 hopeless"]);
+        assert_eq!(shed_lines(&outcome), ["low/3 90 overload", "low/5 150 overload", "low/7 210 overload"]);
     }
 }
 
