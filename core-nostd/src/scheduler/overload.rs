@@ -228,3 +228,6 @@ impl<C: Capacity> Scheduler<C> {
         due.as_nanos().checked_sub(self.now.as_nanos())?.checked_sub(all.saturating_add(path))
     }
 }
+
+#[cfg(test)]
+mod tests;
