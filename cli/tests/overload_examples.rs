@@ -18,7 +18,7 @@ struct Figure {
     says: &'static [(&'static str, &'static str)],
 }
 
-const FIGURES: [Figure; 23] = [
+const FIGURES: [Figure; 27] = [
     Figure {
         file: "values",
         instead: &[],
@@ -156,6 +156,34 @@ const FIGURES: [Figure; 23] = [
         options: &["--horizon", "20s"],
         on_time: &[1_880, 400, 1_177, 400],
         says: &[(PAGE, "one task has 1880 of 2000 here")],
+    },
+    Figure {
+        file: "lower-beside",
+        instead: &[],
+        options: &["--horizon", "12s"],
+        on_time: &[99, 299, 101],
+        says: &[(PAGE, "have 99 of 300 jobs on time beside 18 ms of value 1, which have 101 of 150")],
+    },
+    Figure {
+        file: "lower-beside",
+        instead: &[("period = \"80ms\"", "once = true")],
+        options: &["--horizon", "12s"],
+        on_time: &[298, 300, 1],
+        says: &[(PAGE, "and 298 if these come once")],
+    },
+    Figure {
+        file: "fewer-than-alone",
+        instead: &[],
+        options: &["--horizon", "12s"],
+        on_time: &[7, 400, 0],
+        says: &[(PAGE, "a task has 7 of 400")],
+    },
+    Figure {
+        file: "fewer-than-alone",
+        instead: &[("period = \"60ms\"", "once = true")],
+        options: &["--horizon", "12s"],
+        on_time: &[103, 400, 0],
+        says: &[(PAGE, "and 103 without one of value 1")],
     },
     Figure {
         file: "floors-and-values",
