@@ -120,6 +120,39 @@ fn a_task_that_loses_alone_is_told_so() {
     );
 }
 
+/// By the files of `examples/overload` that lose most of a task to a lower value.
+#[test]
+fn what_lower_values_cost_is_told() {
+    for (name, task, words) in [
+        ("lower-beside", "control", "without the tasks of lower value it would lose 0"),
+        ("fewer-than-alone", "lane", "without the tasks of lower value it would lose"),
+    ] {
+        let path = format!("{}/../examples/overload/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+        let text = std::fs::read_to_string(path).expect("an example");
+        let (_, plan, _) = planned(&format!("{name}.toml"), &text);
+        let reason = of(&plan, task)["reason"].as_str().expect("a sentence");
+        assert!(reason.contains(words), "{reason}");
+    }
+    // Nobody is below one of two.
+    let (_, plan, text) =
+        planned("two.toml", &format!("{LANE}{}{}", task("high", 20, "value = 9"), task("low", 20, "")));
+    assert!(of(&plan, "low")["on_time"].as_u64() == Some(0) && !text.contains("without the tasks"), "{text}");
+}
+
+#[test]
+fn an_encoder_that_tasks_share_is_told_to_count_for_each() {
+    let net = |name: &str| {
+        format!(
+            "[[task]]\nname = \"{name}\"\ndeadline = \"30ms\"\nperiod = \"30ms\"\n[[task.node]]\nname = \"p\"\n\
+             mimonet = {{ weights = \"w\", frame = \"f\", encoder = {{ wcet = \"9ms\" }}, \
+             decoders = [{{ name = \"d\", wcet = \"16ms\" }}] }}\n"
+        )
+    };
+    let (_, plan, _) = planned("nets.toml", &format!("{LANE}{}{}", net("a"), net("b")));
+    let reason = of(&plan, "a")["reason"].as_str().expect("a sentence");
+    assert!(reason.contains("an encoder that tasks share counts for each"), "{reason}");
+}
+
 #[test]
 fn declared_best_cases_are_tried_too() {
     let text = format!(

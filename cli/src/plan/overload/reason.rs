@@ -5,8 +5,9 @@ use super::losses::Losses;
 use crate::outcome::Failure;
 use red_core::Duration;
 use red_sim::{Lab, Options, simulate};
-use red_workload::model::{Event, Task, Workload};
+use red_workload::model::{Event, Task, Work, Workload};
 use red_workload::plan::{Plan, set};
+use std::collections::HashSet;
 
 /// All lanes all the time, in millionths.
 const WHOLE_PPM: u128 = 1_000_000;
@@ -95,7 +96,7 @@ pub(super) fn of(
         let Some(between) = between.filter(|between| between.lost() > 0) else { return Ok(head) };
         head += &format!(", and {} where times vary", between.lost());
     } else {
-        let alone = simulate(&alone(workload, task), options)?.tasks.first().map_or(0, |task| task.missed);
+        let alone = lost_among(workload, options, task, |other| other == task)?;
         if alone >= losses.lost() {
             let cause = by_itself(workload, asked, task, losses);
             return Ok(format!("{head}: even alone it would lose {alone}, for {cause}"));
@@ -112,18 +113,51 @@ pub(super) fn of(
         } else {
             format!("; pool `{name}` is asked for only {lanes}, but deadlines are too short to wait for all")
         };
+        if shares_an_encoder(workload) {
+            sentence += ", where an encoder that tasks share counts for each of them";
+        }
+    }
+    let tasks = &workload.tasks;
+    let is_below = |other: usize| tasks[other].value < tasks[task].value && tasks[other].floor.is_none();
+    if losses.lost() > 0 && (0..tasks.len()).any(is_below) {
+        let without = lost_among(workload, options, task, |other| !is_below(other))?;
+        // One job in a hundred is as it happens.
+        if losses.lost() - losses.lost().min(without) > losses.released / 100 {
+            sentence += &format!("; without the tasks of lower value it would lose {without}");
+        }
     }
     Ok(sentence)
 }
 
-/// The workload with one task of it.
-fn alone(workload: &Workload, task: usize) -> Workload {
-    let events = workload.events.iter().filter(|event| event.task == task);
-    Workload {
-        tasks: vec![workload.tasks[task].clone()],
-        events: events.map(|event| Event { task: 0, ..event.clone() }).collect(),
+/// Whether tasks have an encoder in common, by its weights and frame.
+fn shares_an_encoder(workload: &Workload) -> bool {
+    let encoders = |task: &Task| -> HashSet<(String, String)> {
+        let stages = task.nodes.iter().filter_map(|node| match &node.work {
+            Work::Stage(stage) => Some((stage.weights.clone(), stage.frame.clone())),
+            Work::Plain(_) => None,
+        });
+        stages.collect()
+    };
+    let mut seen = HashSet::new();
+    workload.tasks.iter().flat_map(encoders).any(|encoder| !seen.insert(encoder))
+}
+
+/// What a task loses in a simulation of some of the tasks, of which it is one.
+fn lost_among(
+    workload: &Workload,
+    options: &Options,
+    task: usize,
+    is_there: impl Fn(usize) -> bool,
+) -> Result<u64, Failure> {
+    let place = |task: usize| (0..task).filter(|before| is_there(*before)).count();
+    let there = (0..workload.tasks.len()).filter(|task| is_there(*task));
+    let events = workload.events.iter().filter(|event| is_there(event.task));
+    let some = Workload {
+        tasks: there.map(|task| workload.tasks[task].clone()).collect(),
+        events: events.map(|event| Event { task: place(event.task), ..event.clone() }).collect(),
         ..workload.clone()
-    }
+    };
+    Ok(simulate(&some, options)?.tasks.get(place(task)).map_or(0, |task| task.missed))
 }
 
 fn by_itself(workload: &Workload, asked: &Asked, task: usize, losses: &Losses) -> String {
