@@ -165,7 +165,7 @@ fn a_broken_floor_is_seen() {
 fn random_damage_is_seen() {
     let shape = Shape { memory: false, sync: false, ..Shape::default() };
     let (mut damaged, mut seen) = (0, 0);
-    for seed in 0..150 {
+    for seed in 0..300 {
         let workload = random_workload(seed, &shape);
         let rng = &mut Rng::new(seed);
         for policy in Policy::ALL {
@@ -189,5 +189,5 @@ fn random_damage_is_seen() {
             seen += i32::from(validate(&workload, policy, HORIZON / 2, &rows, &outcome.sheds).is_err());
         }
     }
-    assert!(seen * 100 >= damaged * 96, "{seen} of {damaged}");
+    assert!(seen * 100 >= damaged * 97, "{seen} of {damaged}");
 }
