@@ -148,9 +148,12 @@ fn an_encoder_that_tasks_share_is_told_to_count_for_each() {
              decoders = [{{ name = \"d\", wcet = \"16ms\" }}] }}\n"
         )
     };
-    let (_, plan, _) = planned("nets.toml", &format!("{LANE}{}{}", net("a"), net("b")));
-    let reason = of(&plan, "a")["reason"].as_str().expect("a sentence");
-    assert!(reason.contains("an encoder that tasks share counts for each"), "{reason}");
+    // Without a sensor each job has a frame of its own, and nothing is shared.
+    for (sensor, is_told) in [("[[sensor]]\nname = \"f\"\nperiod = \"30ms\"\n", true), ("", false)] {
+        let (_, plan, _) = planned("nets.toml", &format!("{LANE}{sensor}{}{}", net("a"), net("b")));
+        let reason = of(&plan, "a")["reason"].as_str().expect("a sentence");
+        assert_eq!(reason.contains("an encoder that tasks share counts for each"), is_told, "{reason}");
+    }
 }
 
 #[test]

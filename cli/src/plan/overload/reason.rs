@@ -113,7 +113,7 @@ pub(super) fn of(
         } else {
             format!("; pool `{name}` is asked for only {lanes}, but deadlines are too short to wait for all")
         };
-        if shares_an_encoder(workload) {
+        if shares_an_encoder(workload, pool) {
             sentence += ", where an encoder that tasks share counts for each of them";
         }
     }
@@ -129,12 +129,15 @@ pub(super) fn of(
     Ok(sentence)
 }
 
-/// Whether tasks have an encoder in common, by its weights and frame.
-fn shares_an_encoder(workload: &Workload) -> bool {
+/// Whether tasks have an encoder of a pool in common, by its weights and frame. A frame of no sensor is of each job its own.
+fn shares_an_encoder(workload: &Workload, pool: usize) -> bool {
+    let is_captured = |frame: &str| workload.sensors.iter().any(|sensor| sensor.name == frame);
     let encoders = |task: &Task| -> HashSet<(String, String)> {
         let stages = task.nodes.iter().filter_map(|node| match &node.work {
-            Work::Stage(stage) => Some((stage.weights.clone(), stage.frame.clone())),
-            Work::Plain(_) => None,
+            Work::Stage(stage) if stage.encoder.pool == pool && is_captured(&stage.frame) => {
+                Some((stage.weights.clone(), stage.frame.clone()))
+            }
+            Work::Stage(_) | Work::Plain(_) => None,
         });
         stages.collect()
     };
