@@ -158,20 +158,6 @@ const FIGURES: [Figure; 27] = [
         says: &[(PAGE, "one task has 1880 of 2000 here")],
     },
     Figure {
-        file: "lower-beside",
-        instead: &[],
-        options: &["--horizon", "12s"],
-        on_time: &[99, 299, 101],
-        says: &[(PAGE, "have 99 of 300 jobs on time beside 18 ms of value 1, which have 101 of 150")],
-    },
-    Figure {
-        file: "lower-beside",
-        instead: &[("period = \"80ms\"", "once = true")],
-        options: &["--horizon", "12s"],
-        on_time: &[298, 300, 1],
-        says: &[(PAGE, "and 298 if these come once")],
-    },
-    Figure {
         file: "fewer-than-alone",
         instead: &[],
         options: &["--horizon", "12s"],
@@ -184,29 +170,6 @@ const FIGURES: [Figure; 27] = [
         options: &["--horizon", "12s"],
         on_time: &[103, 400, 0],
         says: &[(PAGE, "and 103 without one of value 1")],
-    },
-    Figure {
-        file: "floors-and-values",
-        instead: &[],
-        options: &["--horizon", "10s"],
-        on_time: &[260, 479, 413, 500, 272],
-        says: &[(PAGE, "has 272 of 500 jobs on time beside two floors")],
-    },
-    Figure {
-        file: "floors-and-values",
-        instead: &[
-            (
-                "period = \"20ms\"\ndeadline = \"40ms\"\nvalue = 3",
-                "once = true\ndeadline = \"40ms\"\nvalue = 3",
-            ),
-            (
-                "period = \"20ms\"\ndeadline = \"40ms\"\nvalue = 2",
-                "once = true\ndeadline = \"40ms\"\nvalue = 2",
-            ),
-        ],
-        options: &["--horizon", "10s"],
-        on_time: &[251, 1, 1, 498, 500],
-        says: &[(PAGE, "and 500 if these two come once")],
     },
     Figure {
         file: "wcet-too-long",

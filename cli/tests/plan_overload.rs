@@ -124,7 +124,7 @@ fn a_task_that_loses_alone_is_told_so() {
 #[test]
 fn what_lower_values_cost_is_told() {
     for (name, task, words) in [
-        ("lower-beside", "control", "without the tasks of lower value it would lose 0"),
+        ("two-of-each", "navigation-1", "without the tasks of lower value it would lose 0"),
         ("fewer-than-alone", "lane", "without the tasks of lower value it would lose"),
     ] {
         let path = format!("{}/../examples/overload/{name}.toml", env!("CARGO_MANIFEST_DIR"));

@@ -40,6 +40,11 @@ impl Floor {
         Self { lost: 0, newest: 0, window: window as u8, allowed: allowed as u8 }
     }
 
+    /// How many of how many jobs it needs.
+    pub(crate) const fn part(&self) -> [u8; 2] {
+        [self.window.saturating_sub(self.allowed), self.window]
+    }
+
     /// Whether the floor is kept without job `index`; without a floor, always. Time bound: O(k), at most 128.
     pub fn spares(&self, index: u64) -> bool {
         let window = u64::from(self.window);

@@ -34,6 +34,7 @@ mod admit;
 mod ahead;
 mod coming;
 pub(crate) mod complete;
+mod demand;
 mod dispatch;
 pub(crate) mod edit;
 pub(crate) mod event;

@@ -189,7 +189,7 @@ impl<C: Capacity> Scheduler<C> {
 }
 
 /// The mean of the last executions, in nanoseconds; WCET before the first.
-fn mean_of(node: &Node, window: &Estimator) -> u64 {
+pub(super) fn mean_of(node: &Node, window: &Estimator) -> u64 {
     window.mean().map_or(node.wcet.as_nanos(), CostEstimate::as_nanos)
 }
 

@@ -8,8 +8,9 @@
 //! While it lasts, jobs go by band and then by key. Jobs that are worth more than every task that lost several of late are one band:
 //! next to nothing of them is lost, so that they need no order by rank. Those below follow by rank. A job that has started counts as
 //! owed where its task's floor cannot spare another one: what was overtaken for that would have run for nothing.
-//! *By deadline.* Latest starts put the longest way first, which may be the newest job's. Where all are worth the same, deadlines
-//! order a band instead if nobody is late by that.
+//! *By deadline.* Latest starts put the longest way first, which may be the newest job's, and bands put first whoever is worth more, though it
+//! could wait. So deadlines order a band instead where that has all in time; and all bands from that of a late job on whose task could be
+//! whole, if that has all of such tasks in time.
 //! *Why it ends.* Whether there is pressure is asked of the keys alone, so that what ranks make late does not prolong it
 //! once those jobs went.
 
@@ -23,8 +24,8 @@ use core::cmp::Reverse;
 const SEVERAL: u32 = RECENT / 4;
 
 impl<C: Capacity> Scheduler<C> {
-    /// The forward schedule of all in flight, when pressure and bands are up to date. Time bound: three of these, and
-    /// O(jobs * (jobs + nodes + edges + pools)), with floors O(jobs * k) more.
+    /// The forward schedule of all in flight, when pressure and bands are up to date. Time bound: four of these, and
+    /// O(jobs * (jobs + nodes + edges + pools * tasks * nodes)), with floors O(jobs * k) more.
     pub(super) fn forward_by_band(&mut self) -> Forward<C> {
         // By keys alone. Queues follow in `set_bands`.
         self.slots().for_each(|slot| self.jobs[slot].band = 0);
@@ -62,36 +63,35 @@ impl<C: Capacity> Scheduler<C> {
         })
     }
 
-    /// The forward schedule where jobs of a band go by deadline, those that are tied to a late one and to none of another value, if
-    /// none of them is late by that; it holds until the next look.
+    /// The forward schedule where jobs that are tied to a late one go by band and deadline; from the lowest band on of a late one whose task
+    /// could be whole, by deadline alone. It holds until the next look, where so none of such tasks is late there, or none at all where there
+    /// is no such one.
     fn by_deadline(&mut self, late: u64) -> Option<Forward<C>> {
-        let value = |slot: usize| self.tasks[self.jobs[slot].task.index()].timing.value;
-        let is_alike =
-            |jobs: u64| bits(jobs).all(|slot| value(slot) == value(bits(jobs).next().unwrap_or(slot)));
-        let alike = self
-            .tied(late)
-            .map(|(_, jobs)| jobs)
-            .filter(|jobs| is_alike(*jobs))
-            .fold(0, |all, jobs| all | jobs);
-        if alike == 0 {
-            return None;
-        }
         let mut order = <C::Jobs<Option<(u8, Reverse<Instant>)>>>::EMPTY;
-        for slot in bits(alike) {
-            order[slot] = Some((self.jobs[slot].band, Reverse(self.jobs[slot].deadline)));
+        let (mut ties, mut tied, mut saved) = (<C::Pools<u64>>::EMPTY, 0, 0);
+        for (tie, (_, jobs)) in ties.as_mut().iter_mut().zip(self.tied(late)) {
+            let band = |slot: usize| self.jobs[slot].band;
+            let whole = those(jobs, |slot| self.can_be_whole(self.jobs[*slot].task.index()));
+            let first = bits(late & whole).map(band).min();
+            let is_above = |slot: &usize| first.is_some_and(|first| first <= band(*slot));
+            for slot in bits(jobs) {
+                let band = if is_above(&slot) { u8::MAX } else { band(slot) };
+                order[slot] = Some((band, Reverse(self.jobs[slot].deadline)));
+            }
+            let needed = if first.is_some() { those(whole, is_above) } else { jobs };
+            (*tie, tied, saved) = (jobs, tied | jobs, saved | needed);
         }
         let mut bands = <C::Jobs<u8>>::EMPTY;
         self.slots().for_each(|slot| bands[slot] = self.jobs[slot].band);
-        self.band_by(alike, |one, other| order[one] < order[other]);
+        self.band_by(tied, |one, other| order[one] < order[other]);
         let forward = self.forward(self.in_flight);
-        if forward.late & alike == 0 {
-            return Some(forward);
-        }
-        for slot in bits(alike) {
+        let failed = ties.as_ref().iter().filter(|jobs| forward.late & saved & *jobs != 0);
+        let failed = failed.fold(0, |all, jobs| all | jobs);
+        for slot in bits(failed) {
             self.jobs[slot].band = bands[slot];
             self.requeue(slot);
         }
-        None
+        if failed == 0 { Some(forward) } else { (failed != tied).then(|| self.forward(self.in_flight)) }
     }
 
     /// Gives each of some jobs the number of those below it for its band; whether bands differ.

@@ -62,8 +62,7 @@ impl Timing {
 
     /// Deadline, period, value, and the floor's m and k as far back as it is kept.
     pub const fn parts(&self) -> (Duration, Option<Duration>, u32, [u8; 2]) {
-        let Floor { window, allowed, .. } = self.floor;
-        (self.deadline, self.period(), self.value, [window.saturating_sub(allowed), window])
+        (self.deadline, self.period(), self.value, self.floor.part())
     }
 }
 

@@ -184,7 +184,7 @@ fn may_pass(facts: &Facts<'_>, first: usize, other: usize) -> bool {
     let [task, other_task] = [first, other].map(|job| &facts.workload.tasks[job.task]);
     let due = other.release + other_task.deadline_ns;
     let may_be_late = other.end.is_none_or(|end| end > due);
-    let is_due_before = task.value == other_task.value && first.release + task.deadline_ns < due;
+    let is_due_before = first.release + task.deadline_ns < due;
     let is_above = task.value > other_task.value || task.floor.is_some() || may_be_late || is_due_before;
     facts.policy.is_ours() && (first.task, first.index) != (other.task, other.index) && is_above
 }

@@ -85,18 +85,33 @@ impl Sim<'_> {
         ties
     }
 
-    /// Orders jobs of a band by deadline, where those that are tied to a late one are of one value, and only so none of them is late.
+    /// Orders jobs that are tied to a late one by band and deadline, and by deadline alone from the lowest band on of a late one whose task
+    /// could be whole; where so none of such tasks is late there, or none at all where there is no such one.
     fn go_by_deadline(&mut self, now: u64) {
         let late = self.late_ones(now);
-        let value = |at: usize| self.workload.tasks[self.jobs[at].task].value;
-        let alike = |tied: &Vec<usize>| tied.iter().all(|&at| value(at) == value(tied[0]));
-        let all: Vec<usize> =
-            self.ties(&late).into_iter().map(|(_, tied)| tied).filter(alike).flatten().collect();
-        for &at in &all {
-            self.jobs[at].band.1 = Reverse(self.jobs[at].due);
+        let mut ties = Vec::new();
+        for (_, tied) in self.ties(&late) {
+            let before: Vec<Place> = tied.iter().map(|&at| self.jobs[at].band).collect();
+            let is_whole = |at: &usize| self.could_be_whole(self.jobs[*at].task);
+            let whole: Vec<usize> = tied.iter().copied().filter(is_whole).collect();
+            let first = whole.iter().filter(|at| late.contains(at)).map(|&at| self.jobs[at].band.0).min();
+            let is_above = |at: usize| first.is_some_and(|first| first <= self.jobs[at].band.0);
+            let above: Vec<usize> = tied.iter().copied().filter(|&at| is_above(at)).collect();
+            for &at in &tied {
+                let band = if above.contains(&at) { Band::Highest } else { self.jobs[at].band.0 };
+                self.jobs[at].band = (band, Reverse(self.jobs[at].due));
+            }
+            let needed = match first {
+                Some(_) => whole.into_iter().filter(|at| above.contains(at)).collect(),
+                None => tied.clone(),
+            };
+            ties.push((tied, needed, before));
         }
-        if self.late_ones(now).iter().any(|at| all.contains(at)) {
-            all.iter().for_each(|&at| self.jobs[at].band.1 = NEW.1);
+        let late = self.late_ones(now);
+        for (tied, needed, before) in ties {
+            if late.iter().any(|at| needed.contains(at)) {
+                tied.iter().zip(before).for_each(|(&at, band)| self.jobs[at].band = band);
+            }
         }
     }
 
@@ -105,6 +120,39 @@ impl Sim<'_> {
         let losing =
             tied.iter().map(|&at| self.jobs[at].task).filter(|&task| self.recently_lost(task, &[]) >= 4);
         losing.map(|task| self.workload.tasks[task].value).max()
+    }
+
+    /// Whether the task and what counts before it ask for no more millionths of lanes than each pool that it needs has, and fewer nodes of
+    /// those of these that need each job than it has lanes take longer than the task can wait. Before it is all of whom is worth as much or more,
+    /// and of others what floors need; one without a period asks for more than there is.
+    fn could_be_whole(&self, task: usize) -> bool {
+        let tasks = &self.workload.tasks;
+        let before = |of: usize| {
+            if tasks[of].value >= tasks[task].value { (1, 1) } else { tasks[of].floor.unwrap_or((0, 1)) }
+        };
+        let times = |of: usize, pool: usize| {
+            let nodes = self.tasks[of].graph.nodes.iter().filter(move |node| node.pool == pool);
+            nodes.map(|node| i128::from(node.wcet_ns))
+        };
+        let asks = |of: usize, pool: usize| {
+            let (some, k) = before(of);
+            let asked = times(of, pool).sum::<i128>() * i128::from(some) * 1_000_000;
+            match self.gap(of) {
+                _ if asked == 0 => 0,
+                None => 1 << 64,
+                Some(period) => asked / (i128::from(period) * i128::from(k)),
+            }
+        };
+        let graph = &self.tasks[task].graph;
+        let slack = self.slack(task, graph);
+        let fits = |pool: usize| {
+            let lanes = i128::from(self.workload.pools[pool].lanes);
+            let asked: i128 = (0..tasks.len()).map(|of| asks(of, pool)).sum();
+            let others = (0..tasks.len()).filter(|&of| of != task && before(of).0 == before(of).1);
+            let long = others.flat_map(|of| times(of, pool)).filter(|&time| time > slack).count();
+            asked <= 1_000_000 * lanes && (long as i128) < lanes
+        };
+        graph.nodes.iter().all(|node| fits(node.pool))
     }
 
     fn band(&self, at: usize, tied: &[usize], level: Option<u32>, now: u64) -> Band {

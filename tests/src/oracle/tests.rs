@@ -77,7 +77,7 @@ fn a_cheaper_encoder_joins_only_while_it_stays_in_time() {
         let mut short = perceive("b", 6);
         short.nodes = vec![stage("see", 4, &[("dec", 6)], &[])];
         short.deadline_ns = due_ms * MS;
-        let a = Task { deadline_ns: 18 * MS, value: 2, ..perceive("a", 4) };
+        let a = Task { deadline_ns: 14 * MS, value: 2, ..perceive("a", 4) };
         sensed(workload(2, vec![a, short]), 50)
     };
     // The encoder of b may end at 16 - 6, just when the unit does.

@@ -7,6 +7,7 @@ mod needs;
 mod sets;
 mod told;
 mod waits;
+mod whole;
 
 use red_sim::{Execution, simulate};
 use red_tests::differential::options;

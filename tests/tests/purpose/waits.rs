@@ -6,12 +6,12 @@ use red_tests::oracle;
 use red_workload::{Format, parse};
 
 /// Of each task of a file on one lane, and on one of a `gpu`: how many jobs are on time in 20 s, of how many that were due.
-fn on_time(tasks: &str) -> Vec<(u64, u64)> {
+pub(super) fn on_time(tasks: &str) -> Vec<(u64, u64)> {
     on_time_on(1, tasks)
 }
 
 /// As `on_time`, on so many lanes of the CPU.
-fn on_time_on(lanes: u8, tasks: &str) -> Vec<(u64, u64)> {
+pub(super) fn on_time_on(lanes: u8, tasks: &str) -> Vec<(u64, u64)> {
     let pools = format!("[[pool]]\nname = 'cpu'\nlanes = {lanes}\n[[pool]]\nname = 'gpu'\nlanes = 1\n");
     let file = format!("{pools}{tasks}");
     let workload =
@@ -22,7 +22,7 @@ fn on_time_on(lanes: u8, tasks: &str) -> Vec<(u64, u64)> {
 }
 
 /// A task with one node after another, each in a pool, all times in milliseconds.
-fn task(name: &str, rest: &str, period_deadline: (u64, u64), nodes: &[(&str, u64)]) -> String {
+pub(super) fn task(name: &str, rest: &str, period_deadline: (u64, u64), nodes: &[(&str, u64)]) -> String {
     let (period, deadline) = period_deadline;
     let mut text =
         format!("[[task]]\nname = '{name}'\nperiod = '{period}ms'\ndeadline = '{deadline}ms'\n{rest}\n");

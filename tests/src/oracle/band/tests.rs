@@ -95,12 +95,12 @@ fn the_level_is_of_tasks_with_a_job_in_flight() {
 #[test]
 fn pressure_ends() {
     // The look at 80 is the last that finds somebody late: until 80 + 4 * 30 or 80 + 4 * 31, that instant excluded.
-    let of = |deadline_ms: u64| {
+    let of = |cost_ms: u64| {
         let tasks = vec![low(1), single("third", 2, 200, 15, 40)];
-        starts([firsts(21, deadline_ms), tasks].concat(), Policy::Redrt, 200)[0].clone()
+        starts([firsts(cost_ms, cost_ms + 9), tasks].concat(), Policy::Redrt, 200)[0].clone()
     };
-    assert_eq!(of(30), "low/10/n 0 200..210");
-    assert_eq!(of(31), "third/0/n 0 200..215");
+    assert_eq!(of(21), "low/10/n 0 200..210");
+    assert_eq!(of(22), "third/0/n 0 200..215");
 }
 
 fn stepped(workload: &Workload, until_ms: u64) -> Sim<'_> {
