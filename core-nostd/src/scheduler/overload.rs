@@ -8,7 +8,7 @@
 //! it costs nobody anything, and so do estimates recover. The schedule is run again. Of several that went, those come back that need not be gone.
 //! *Why it holds.* What goes is below x and saves it, or is late itself. So a job is late because of lower ranks only
 //! where these hold lanes already.
-//! *Time bound.* A look runs at most 6 * [`MOST`] + 2 * [`Capacity::JOBS`] + 3 forward schedules.
+//! *Time bound.* A look runs at most 6 * [`MOST`] + 2 * [`Capacity::JOBS`] + 4 forward schedules.
 
 use super::standing::Standing;
 use super::{Scheduler, action::ShedReason, bits, forward::Forward, outlook::Case, those};
