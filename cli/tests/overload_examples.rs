@@ -18,7 +18,7 @@ struct Figure {
     says: &'static [(&'static str, &'static str)],
 }
 
-const FIGURES: [Figure; 27] = [
+const FIGURES: [Figure; 23] = [
     Figure {
         file: "values",
         instead: &[],
