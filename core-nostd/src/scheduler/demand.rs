@@ -56,3 +56,6 @@ impl<C: Capacity> Task<C> {
         })
     }
 }
+
+#[cfg(test)]
+mod tests;
