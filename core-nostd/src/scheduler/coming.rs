@@ -1,7 +1,11 @@
 //! What soon takes a lane, in the order in which it does.
 
-use super::{Scheduler, bits, spread::Need};
+use super::{Scheduler, bits, spread::Need, tasks::Task};
 use crate::capacity::{Capacity, Empty};
+use crate::time::{Duration, Instant};
+
+/// The part of a period for which a release may be late and is awaited.
+const PATIENCE: u64 = 8;
 
 crate::capacity::stored! {
     /// A node that takes a lane, and when it is ready, in nanoseconds.
@@ -124,6 +128,15 @@ impl<C: Capacity> Scheduler<C> {
     }
 }
 
+impl<C: Capacity> Task<C> {
+    /// Until when its next job is awaited, by its period after the last one: who does not come by then may have stopped.
+    pub(super) fn awaited_until(&self) -> Option<Instant> {
+        let period = self.timing.period().filter(|_| self.next_job > 0)?;
+        let patience = period.saturating_add(Duration::from_nanos(period.as_nanos() / PATIENCE));
+        Some(self.released.saturating_add(patience))
+    }
+}
+
 /// Takes the lane that is free first; when the node starts there.
 pub(super) fn take<C: Capacity>(free: &mut C::Lanes<u64>, node: &Soon) -> i64 {
     let Some(lane) = free.as_mut().iter_mut().min() else { return i64::MAX };
@@ -135,3 +148,6 @@ pub(super) fn take<C: Capacity>(free: &mut C::Lanes<u64>, node: &Soon) -> i64 {
 pub(super) fn signed(nanos: u64) -> i64 {
     i64::try_from(nanos).unwrap_or(i64::MAX)
 }
+
+#[cfg(test)]
+mod tests;

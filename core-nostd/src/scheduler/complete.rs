@@ -195,3 +195,6 @@ impl<C: Capacity> Scheduler<C> {
         if is_believed { executed } else { wcet }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -2,25 +2,29 @@
 //!
 //! *Rule.* Before a task counts all of who is worth as much or more, and of the others what their floors need. It cannot be whole where
 //! it and these ask a pool for more than its lanes, nor where as many nodes of who needs each job as there are lanes take longer than it can wait.
-//! *What it leaves out.* Times are means, and an encoder counts for each that shares it. A task without a period asks for more than
-//! there is, as nobody knows.
+//! A task counts while it has a job in flight or its next one is awaited, and without a period as if one came each relative deadline: what
+//! comes once, or comes no more, costs nobody its order afterwards.
+//! *What it leaves out.* Times are means, and an encoder counts for each that shares it.
 
 use super::{Scheduler, bits, coming::signed, outlook::mean_of, tasks::Task};
 use crate::capacity::Capacity;
 use crate::deadlines::Estimator;
-use crate::time::Duration;
 
 /// A whole lane.
 const LANE: u64 = 1_000_000;
 
 impl<C: Capacity> Scheduler<C> {
-    /// Whether the task in a slot could be whole. Time bound: O(pools * tasks * nodes).
+    /// Whether the task in a slot could be whole. Time bound: O(pools * tasks * (nodes + jobs)).
     pub(super) fn can_be_whole(&self, slot: usize) -> bool {
         let task = &self.tasks[slot];
         let part = |other: &Task<C>| {
             if other.timing.value >= task.timing.value { [1, 1] } else { other.timing.floor.part() }
         };
-        let before = |t: &usize| self.tasks[*t].admitted && part(&self.tasks[*t])[0] > 0;
+        let is_there = |t: usize| {
+            let is_awaited = self.tasks[t].awaited_until().is_some_and(|until| self.now < until);
+            is_awaited || self.slots().any(|slot| self.jobs[slot].task.index() == t)
+        };
+        let before = |t: &usize| self.tasks[*t].admitted && part(&self.tasks[*t])[0] > 0 && is_there(*t);
         bits(task.newest().pool_mask.into()).all(|pool| {
             let (mut asked, mut blocking, lanes) = (0u64, 0, self.pools[pool].lanes.count_ones());
             for t in (0..C::TASKS).filter(before) {
@@ -41,7 +45,7 @@ impl<C: Capacity> Task<C> {
         if work == 0 {
             return 0;
         }
-        let period = self.timing.period().map_or(0, Duration::as_nanos);
+        let period = self.timing.period().unwrap_or(self.timing.deadline).as_nanos();
         let asked = u128::from(work) * u128::from(some) * u128::from(LANE);
         let asked = asked.checked_div(u128::from(period) * u128::from(of));
         asked.and_then(|asked| u64::try_from(asked).ok()).unwrap_or(u64::MAX)

@@ -22,9 +22,6 @@ use crate::config::{Gate, Shed};
 use crate::id::UnitId;
 use crate::time::{Duration, Instant};
 
-/// The part of a period for which a release may be late and is waited for.
-const PATIENCE: u64 = 8;
-
 /// Jobs to come of a task that are waited for.
 const AHEAD: u64 = 16;
 
@@ -156,7 +153,7 @@ impl<C: Capacity> Scheduler<C> {
         }
         let tasks = || {
             let others = self.tasks.as_ref().iter().enumerate();
-            others.filter(|(_, task)| task.admitted && task.next_job > 0)
+            others.filter(|(_, task)| task.admitted)
         };
         let mut met = 0;
         for _ in 0..ROUNDS {
@@ -166,13 +163,14 @@ impl<C: Capacity> Scheduler<C> {
                 break;
             }
             for (t, task) in tasks() {
-                let Some(period) = task.timing.period() else { continue };
-                let (version, value) = (task.newest(), task.timing.value);
+                let (Some(period), Some(patience)) = (task.timing.period(), task.awaited_until()) else {
+                    continue;
+                };
+                let (version, value, patience) = (task.newest(), task.timing.value, patience.as_nanos());
                 let due = |nth: u64| {
                     let after = period.as_nanos().saturating_mul(nth + 1);
                     task.released.saturating_add(Duration::from_nanos(after)).as_nanos()
                 };
-                let patience = due(0).saturating_add(period.as_nanos() / PATIENCE);
                 // Who does not come may have stopped.
                 if due(0) >= horizon || patience <= now {
                     continue;

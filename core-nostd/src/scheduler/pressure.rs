@@ -25,7 +25,7 @@ const SEVERAL: u32 = RECENT / 4;
 
 impl<C: Capacity> Scheduler<C> {
     /// The forward schedule of all in flight, when pressure and bands are up to date. Time bound: four of these, and
-    /// O(jobs * (jobs + nodes + edges + pools * tasks * nodes)), with floors O(jobs * k) more.
+    /// O(jobs * (jobs + nodes + edges + pools * tasks * (nodes + jobs))), with floors O(jobs * k) more.
     pub(super) fn forward_by_band(&mut self) -> Forward<C> {
         // By keys alone. Queues follow in `set_bands`.
         self.slots().for_each(|slot| self.jobs[slot].band = 0);

@@ -186,3 +186,6 @@ impl<C: Capacity> Version<C> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -92,7 +92,7 @@ impl Sim<'_> {
         let mut ties = Vec::new();
         for (_, tied) in self.ties(&late) {
             let before: Vec<Place> = tied.iter().map(|&at| self.jobs[at].band).collect();
-            let is_whole = |at: &usize| self.could_be_whole(self.jobs[*at].task);
+            let is_whole = |at: &usize| self.could_be_whole(self.jobs[*at].task, now);
             let whole: Vec<usize> = tied.iter().copied().filter(is_whole).collect();
             let first = whole.iter().filter(|at| late.contains(at)).map(|&at| self.jobs[at].band.0).min();
             let is_above = |at: usize| first.is_some_and(|first| first <= self.jobs[at].band.0);
@@ -124,11 +124,18 @@ impl Sim<'_> {
 
     /// Whether the task and what counts before it ask for no more millionths of lanes than each pool that it needs has, and fewer nodes of
     /// those of these that need each job than it has lanes take longer than the task can wait. Before it is all of whom is worth as much or more,
-    /// and of others what floors need; one without a period asks for more than there is.
-    fn could_be_whole(&self, task: usize) -> bool {
+    /// and of others what floors need, of those that have a job in flight or whose next one is no later than by an eighth of its period. One
+    /// without a period counts as if one came each relative deadline.
+    fn could_be_whole(&self, task: usize, now: u64) -> bool {
         let tasks = &self.workload.tasks;
-        let before = |of: usize| {
-            if tasks[of].value >= tasks[task].value { (1, 1) } else { tasks[of].floor.unwrap_or((0, 1)) }
+        let is_there = |of: usize| {
+            let is_soon = |(at, _)| self.gap(of).is_some_and(|period| now < at + period / 8);
+            self.jobs.iter().any(|job| job.task == of) || self.expected_release(of).is_some_and(is_soon)
+        };
+        let before = |of: usize| match tasks[of].floor {
+            _ if !is_there(of) => (0, 1),
+            _ if tasks[of].value >= tasks[task].value => (1, 1),
+            floor => floor.unwrap_or((0, 1)),
         };
         let times = |of: usize, pool: usize| {
             let nodes = self.tasks[of].graph.nodes.iter().filter(move |node| node.pool == pool);
@@ -137,11 +144,7 @@ impl Sim<'_> {
         let asks = |of: usize, pool: usize| {
             let (some, k) = before(of);
             let asked = times(of, pool).sum::<i128>() * i128::from(some) * 1_000_000;
-            match self.gap(of) {
-                _ if asked == 0 => 0,
-                None => 1 << 64,
-                Some(period) => asked / (i128::from(period) * i128::from(k)),
-            }
+            asked / (i128::from(self.gap(of).unwrap_or(tasks[of].deadline_ns)) * i128::from(k))
         };
         let graph = &self.tasks[task].graph;
         let slack = self.slack(task, graph);

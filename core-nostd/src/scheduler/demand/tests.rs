@@ -1,6 +1,6 @@
 use super::*;
 use crate::time::Instant;
-use crate::{Caps, Config, Dag, Node, PoolId, TaskId, Timing, Wcet};
+use crate::{Caps, Config, Dag, Duration, Node, PoolId, TaskId, Timing, Wcet};
 
 type Small = Caps<4, 16, 16, 4, 2>;
 
@@ -11,13 +11,15 @@ fn scheduler() -> (Scheduler<Small>, PoolId) {
     (scheduler, two)
 }
 
-/// Nodes side by side, of which each takes so many nanoseconds; every 10 of them, to be done in 100.
+/// A task with a job in flight: nodes side by side, of which each takes so many nanoseconds.
 fn add(scheduler: &mut Scheduler<Small>, pool: PoolId, nodes: &[u64], timing: Timing) -> usize {
     let mut dag = Dag::<Small>::new();
     for wcet in nodes {
         dag.add_node(Node::new(Wcet::from_nanos(*wcet)).in_pool(pool)).unwrap();
     }
-    scheduler.add_task(&dag, timing).unwrap().index()
+    let task = scheduler.add_task(&dag, timing).unwrap();
+    scheduler.release(task, Instant::ZERO).unwrap();
+    task.index()
 }
 
 const fn timing(value: u32) -> Timing {
@@ -53,11 +55,37 @@ fn of_who_is_worth_less_counts_what_its_floor_needs() {
 }
 
 #[test]
-fn one_without_a_period_asks_for_more_than_there_is() {
+fn one_without_a_period_counts_as_one_each_deadline() {
     let at_any_time = |value: u32| Timing::new(Duration::from_nanos(100)).value(value);
-    assert_eq!(beside(1, at_any_time(2)), [false, false]);
-    assert_eq!(beside(1, at_any_time(1)), [true, false]);
-    assert_eq!(beside(0, at_any_time(2)), [true, true]);
+    assert_eq!(beside(40, at_any_time(2)), [true, true]);
+    assert_eq!(beside(41, at_any_time(2)), [false, false]);
+    assert_eq!(beside(41, at_any_time(1)), [true, false]);
+}
+
+#[test]
+fn who_comes_no_more_asks_for_nothing() {
+    let once = Timing::new(Duration::from_nanos(100)).value(2);
+    for (wcet, other, until) in
+        [(41, once, 0), (5, timing(2), 11), (41, timing(2).every(Duration::from_nanos(80)), 90)]
+    {
+        let (mut scheduler, _) = scheduler();
+        let task = add(&mut scheduler, PoolId::new(0), &[6], timing(2));
+        let other = add(&mut scheduler, PoolId::new(0), &[wcet], other);
+        assert!(!scheduler.can_be_whole(task));
+        let job = scheduler.slots().find(|slot| scheduler.jobs[*slot].task.index() == other).unwrap();
+        scheduler.end_job(job, None);
+        for now in 0..100 {
+            scheduler.now = Instant::from_nanos(now);
+            assert_eq!(scheduler.can_be_whole(task), until <= now, "{until} ns: at {now}");
+        }
+    }
+    // Before its first job it is not there.
+    let (mut scheduler, _) = scheduler();
+    let task = add(&mut scheduler, PoolId::new(0), &[6], timing(2));
+    let mut dag = Dag::<Small>::new();
+    dag.add_node(Node::new(Wcet::from_nanos(5))).unwrap();
+    let _other = scheduler.add_task(&dag, timing(2)).unwrap();
+    assert!(scheduler.can_be_whole(task));
 }
 
 /// A node that takes longer than a task can wait keeps it from its lane; so do as many as there are lanes.

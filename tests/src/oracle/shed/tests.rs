@@ -243,7 +243,8 @@ fn a_late_job_goes_for_another_that_may_be_in_time() {
 #[test]
 fn one_that_is_late_goes_instead_of_the_least() {
     // The cpu is busy until 12, so that second ends at 26. On the gpu the keys are 6, 7 or 8, and 8: x ends at 19, and
-    // in time without either of the others. The least is most, which has most work and ends at 25.
+    // in time without either of the others. The least is most, which has most work and ends at 25. The npu is filled, so
+    // that x could not be whole, and does not go first by its deadline.
     let of = |second_value: u32, second_due_ms: u64| {
         let on = |name: &str, after: &[&str], pool: usize, cost_ms: u64| {
             written(name, after, Work::Plain(Part { pool, ..part(cost_ms) }))
@@ -254,15 +255,16 @@ fn one_that_is_late_goes_instead_of_the_least() {
         };
         let tasks = vec![
             task("busy", 9, 12, vec![on("n", &[], 1, 12)]),
+            task("full", 9, 12, vec![on("n", &[], 3, 12)]),
             task("most", 1, 31, vec![on("a", &[], 0, 5), on("b", &["a"], 2, 20)]),
             task("second", second_value, second_due_ms, vec![on("a", &[], 0, 4), on("b", &["a"], 1, 14)]),
-            task("x", 3, 18, vec![on("n", &[], 0, 10)]),
+            task("x", 3, 18, vec![on("n", &[], 0, 10), on("m", &[], 3, 1)]),
         ];
-        let mut three = workload(1, tasks);
-        for name in ["cpu", "dsp"] {
-            three.pools.push(Pool { name: name.to_owned(), ..three.pools[0].clone() });
+        let mut four = workload(1, tasks);
+        for name in ["cpu", "dsp", "npu"] {
+            four.pools.push(Pool { name: name.to_owned(), ..four.pools[0].clone() });
         }
-        sheds(&three, Policy::Redrt, 100)
+        sheds(&four, Policy::Redrt, 100)
     };
     assert_eq!(of(1, 25), ["second/0 0 overload"]);
     // It is in time, or of another rank.
