@@ -18,7 +18,7 @@ struct Figure {
     says: &'static [(&'static str, &'static str)],
 }
 
-const FIGURES: [Figure; 23] = [
+const FIGURES: [Figure; 25] = [
     Figure {
         file: "values",
         instead: &[],
@@ -170,6 +170,23 @@ const FIGURES: [Figure; 23] = [
         options: &["--horizon", "12s"],
         on_time: &[103, 400, 0],
         says: &[(PAGE, "and 103 without one of value 1")],
+    },
+    Figure {
+        file: "late-floor",
+        instead: &[],
+        options: &["--horizon", "12s"],
+        on_time: &[254, 1_201, 364],
+        says: &[(
+            PAGE,
+            "has 254 of 400 jobs on time, the floor does not hold, and 18.2 ms of value 20 have all 364",
+        )],
+    },
+    Figure {
+        file: "late-floor",
+        instead: &[("period = \"33ms\"", "once = true")],
+        options: &["--horizon", "12s"],
+        on_time: &[400, 2_398, 1],
+        says: &[(PAGE, "where these come once, both lose two jobs in all")],
     },
     Figure {
         file: "wcet-too-long",

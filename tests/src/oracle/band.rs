@@ -129,8 +129,10 @@ impl Sim<'_> {
     fn could_be_whole(&self, task: usize, now: u64) -> bool {
         let tasks = &self.workload.tasks;
         let is_there = |of: usize| {
-            let is_soon = |(at, _)| self.gap(of).is_some_and(|period| now < at + period / 8);
-            self.jobs.iter().any(|job| job.task == of) || self.expected_release(of).is_some_and(is_soon)
+            let is_soon = |period: u64| {
+                self.expected_release(of).is_some_and(|(at, _)| now < at.saturating_add(period / 8))
+            };
+            self.jobs.iter().any(|job| job.task == of) || self.gap(of).is_some_and(is_soon)
         };
         let before = |of: usize| match tasks[of].floor {
             _ if !is_there(of) => (0, 1),
