@@ -16,7 +16,7 @@ const LAYERS: &[&[&str]] = &[
 const CORE: &str = "core-nostd/src/";
 const SYNC: &str = "sync/src/";
 /// The whole core: a newcomer reads it in one sitting.
-const CORE_TOTAL: usize = 7_044;
+const CORE_TOTAL: usize = 7_152;
 const CORE_BUDGET: usize = 250;
 const BUDGET: usize = 400;
 

@@ -40,6 +40,11 @@ impl Floor {
         Self { lost: 0, newest: 0, window: window as u8, allowed: allowed as u8 }
     }
 
+    /// Whether it needs any job.
+    pub(crate) const fn needs_some(&self) -> bool {
+        self.window > self.allowed
+    }
+
     /// How many of how many jobs it needs.
     pub(crate) const fn part(&self) -> [u8; 2] {
         [self.window.saturating_sub(self.allowed), self.window]

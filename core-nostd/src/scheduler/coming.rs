@@ -111,6 +111,17 @@ impl<C: Capacity> Coming<C> {
 }
 
 impl<C: Capacity> Scheduler<C> {
+    /// When each of some lanes is free; never, where nobody knows.
+    pub(super) fn lanes_free(&self, lanes: u32, ends: &C::Lanes<u64>) -> C::Lanes<u64> {
+        let mut free = <C::Lanes<u64>>::EMPTY;
+        for lane in 0..C::LANES {
+            let l = &self.lanes[lane];
+            let is_lost = lanes >> lane & 1 == 0 || l.is_busy() && l.members == 0;
+            free[lane] = if is_lost { u64::MAX } else { ends[lane].max(self.now.as_nanos()) };
+        }
+        free
+    }
+
     /// When each lane has run the cost of its unit, if a job in flight needs it, and of what waits on it.
     pub(super) fn lanes_end(&self) -> C::Lanes<u64> {
         let now = self.now.as_nanos();

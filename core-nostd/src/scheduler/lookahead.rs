@@ -17,7 +17,7 @@
 
 use super::coming::{Coming, Soon, signed, take};
 use super::{Scheduler, bits};
-use crate::capacity::{Capacity, Empty};
+use crate::capacity::Capacity;
 use crate::config::{Gate, Shed};
 use crate::id::UnitId;
 use crate::time::{Duration, Instant};
@@ -124,15 +124,24 @@ impl<C: Capacity> Scheduler<C> {
         let mut coming = Coming::<C>::new(head);
         let job = &self.jobs[slot];
         let (band, own_task, timing) = (job.band, job.task, &self.tasks[job.task.index()].timing);
-        let own = if blocks { self.beside_next(slot) } else { (true, true, u32::MAX) };
+        let own = if blocks { self.beside_next(slot, self.floor_of(job)) } else { (true, true, u32::MAX) };
+        let has_floors =
+            blocks && self.tasks.as_ref().iter().any(|task| task.admitted && task.timing.floor.needs_some());
         // Most heads meet nobody: the lanes are looked at for the others.
-        let ends = looks.then(|| self.lanes_end());
+        let ends = (looks || has_floors).then(|| self.lanes_end());
+        let again = ends.as_ref().filter(|_| has_floors).map_or(0, |ends| {
+            let mut free = self.lanes_free(lanes, ends);
+            take::<C>(&mut free, &head);
+            free.as_ref().iter().copied().fold(u64::MAX, u64::min)
+        });
+        let floors = self.floors_behind(pool, own_task, again);
         for other in self.slots() {
             let (job, version) = (&self.jobs[other], self.version(other));
             let undone = version.in_pool[pool].without(&job.done).without(&job.running);
-            if blocks && !undone.is_empty() && self.is_waited_for(other, own_task, own) {
+            let floor = &floors[job.task.index()];
+            if blocks && !undone.is_empty() && self.is_waited_for(other, floor, own_task, own) {
                 coming.meet_need(now, 0, 0, &self.need_of(pool, other));
-            } else if let Some(ends) = ends.as_ref().filter(|_| job.band >= band) {
+            } else if let Some(ends) = ends.as_ref().filter(|_| looks && job.band >= band) {
                 for rank in undone.iter() {
                     let runs = job.running.iter().filter(|r| version.successors[*r].contains(rank));
                     let before = runs.map(|r| ends[usize::from(job.place[r])]);
@@ -175,19 +184,23 @@ impl<C: Capacity> Scheduler<C> {
                 if due(0) >= horizon || patience <= now {
                     continue;
                 }
-                let is_above = |nth: u64| {
+                let (mut floor, mut need, mut is_met) = (floors[t], None, false);
+                for nth in (0..AHEAD).take_while(|nth| t != own_task.index() && due(*nth) < horizon) {
                     let index = task.next_job + nth;
-                    let is_above = (true, !task.timing.floor.spares(index), value) > own;
-                    t != own_task.index() && is_above && self.can_gain(task, index)
-                };
-                let mut need = None;
-                let comes = (0..AHEAD).filter(|nth| (met..horizon).contains(&due(*nth)));
-                for nth in comes.filter(|nth| is_above(*nth)) {
-                    let need = need.get_or_insert_with(|| self.need_of_next(pool, task));
-                    let earliest = if nth > 0 || due(0) > now { 0 } else { patience };
-                    coming.meet_need(due(nth), earliest, nth, need);
+                    let is_above = (true, !floor.spares(index), value) > own && self.can_gain(task, index);
+                    if is_above && due(nth) >= met {
+                        let need = need.get_or_insert_with(|| self.need_of_next(pool, task));
+                        let earliest = if nth > 0 || due(0) > now { 0 } else { patience };
+                        coming.meet_need(due(nth), earliest, nth, need);
+                    } else if !is_above && floor.needs_some() {
+                        let need = need.get_or_insert_with(|| self.need_of_next(pool, task));
+                        if need.starts_before(due(nth), again) {
+                            floor.ended(index, true);
+                        }
+                    }
+                    is_met |= is_above && nth == 0;
                 }
-                let foresees = looks && met == 0 && !is_above(0) && due(0) < end;
+                let foresees = looks && met == 0 && !is_met && due(0) < end;
                 if foresees && !(is_pressed && value < timing.value) {
                     for rank in version.sources.and(&version.in_pool[pool]).iter() {
                         let cost = task.nodes[usize::from(version.order[rank])].cost();
@@ -200,12 +213,7 @@ impl<C: Capacity> Scheduler<C> {
         }
         coming.iter().next()?;
         let ends = ends.unwrap_or_else(|| self.lanes_end());
-        let mut free = <C::Lanes<u64>>::EMPTY;
-        for lane in 0..C::LANES {
-            let l = &self.lanes[lane];
-            let is_lost = lanes >> lane & 1 == 0 || l.is_busy() && l.members == 0;
-            free[lane] = if is_lost { u64::MAX } else { ends[lane].max(now) };
-        }
+        let mut free = self.lanes_free(lanes, &ends);
         // Bytes that are held when a node has to start, if the head does now.
         let at_first = free;
         let held = |at: i64| {

@@ -47,6 +47,7 @@ mod monitor;
 mod outlook;
 mod outputs;
 mod overload;
+mod owed;
 pub(crate) mod pools;
 mod preempt;
 mod pressure;

@@ -29,12 +29,12 @@ impl<C: Capacity> Scheduler<C> {
             debug_assert!(self.forward(self.in_flight).laxity >= laxity, "the bound is enough");
             debug_assert!(self.forward(self.in_flight).late == 0, "the bound is enough");
             self.monitor.laxity = laxity;
-            self.set_bands();
+            self.set_bands(&self.floors_without(0));
             return;
         }
-        let (forward, warned) = (self.forward_by_band(), self.warnings);
+        let ((forward, floors), warned) = (self.forward_by_band(), self.warnings);
         let (stay, laxity) =
-            if forward.late == 0 { (self.in_flight, forward.laxity) } else { self.choose(forward) };
+            if forward.late == 0 { (self.in_flight, forward.laxity) } else { self.choose(forward, floors) };
         self.monitor.laxity = laxity;
         self.note_warnings(warned);
         let gone = self.in_flight & !stay;
@@ -43,12 +43,11 @@ impl<C: Capacity> Scheduler<C> {
     }
 
     /// Who stays, with a warning for each that does not and each that is late, and the laxity of the forward schedule of these.
-    fn choose(&mut self, mut forward: Forward<C>) -> (u64, u64) {
-        let mut floors = <C::Tasks<Floor>>::EMPTY;
-        (0..C::TASKS).for_each(|task| floors[task] = self.tasks[task].timing.floor);
+    fn choose(&mut self, mut forward: Forward<C>, mut floors: C::Tasks<Floor>) -> (u64, u64) {
         let mut standings = <C::Jobs<Option<Standing>>>::EMPTY;
-        self.slots()
-            .for_each(|slot| standings[slot] = Some(self.standing(slot, self.floor_of(&self.jobs[slot]))));
+        for slot in self.slots() {
+            standings[slot] = Some(self.standing(slot, &floors[self.jobs[slot].task.index()]));
+        }
         let (mut stay, mut kept) = (self.in_flight, 0);
         let (mut behind, mut tried) = (0u64, 0u64);
         let known = those(self.in_flight, |slot| self.is_warned_of(*slot));
@@ -98,8 +97,14 @@ impl<C: Capacity> Scheduler<C> {
             }
             let task = self.jobs[loses].task;
             floors[task.index()].ended(self.jobs[loses].index, true);
+            let mut is_raised = false;
             for slot in bits(stay).filter(|slot| self.jobs[*slot].task == task) {
-                standings[slot] = Some(self.standing(slot, &floors[task.index()]));
+                let now = self.standing(slot, &floors[task.index()]);
+                is_raised |= standings[slot].is_some_and(|before| before.rank < now.rank);
+                standings[slot] = Some(now);
+            }
+            if is_raised {
+                forward = self.forward_again(stay, behind, &floors);
             }
         }
         let mut gone = self.in_flight & !stay;
@@ -146,7 +151,9 @@ impl<C: Capacity> Scheduler<C> {
 
     /// Whether the nodes of a job will wait for one above it, as far as it would be late because of them.
     fn may_wait(&self, low: usize, high: usize) -> bool {
-        let is_waited_for = || self.is_waited_for(high, self.jobs[low].task, self.beside_next(low));
+        let own = || self.beside_next(low, self.floor_of(&self.jobs[low]));
+        let is_waited_for =
+            || self.is_waited_for(high, self.floor_of(&self.jobs[high]), self.jobs[low].task, own());
         !self.jobs[low].started && !self.config.preempt && is_waited_for()
     }
 

@@ -16,7 +16,7 @@
 
 use super::{Scheduler, bits, forward::Forward, jobs::Job, standing::Rank, those};
 use crate::capacity::{Capacity, Empty};
-use crate::policy::floor::RECENT;
+use crate::policy::floor::{Floor, RECENT};
 use crate::time::{Duration, Instant};
 use core::cmp::Reverse;
 
@@ -24,9 +24,10 @@ use core::cmp::Reverse;
 const SEVERAL: u32 = RECENT / 4;
 
 impl<C: Capacity> Scheduler<C> {
-    /// The forward schedule of all in flight, when pressure and bands are up to date. Time bound: four of these, and
+    /// The forward schedule of all in flight, when pressure and bands are up to date, and floors where who is late alone counts as lost.
+    /// Time bound: four forward schedules and one of a job for each of a task with a floor, and
     /// O(jobs * (jobs + nodes + edges + pools * tasks * (nodes + jobs))), with floors O(jobs * k) more.
-    pub(super) fn forward_by_band(&mut self) -> Forward<C> {
+    pub(super) fn forward_by_band(&mut self) -> (Forward<C>, C::Tasks<Floor>) {
         // By keys alone. Queues follow in `set_bands`.
         self.slots().for_each(|slot| self.jobs[slot].band = 0);
         let forward = self.forward(self.in_flight);
@@ -41,8 +42,17 @@ impl<C: Capacity> Scheduler<C> {
             let until = self.now.saturating_add(Duration::from_nanos(pressed[pool]));
             self.pools[pool].pressed = self.pools[pool].pressed.max(until);
         }
-        let forward = if self.set_bands() { self.forward(self.in_flight) } else { forward };
-        if forward.late == 0 { forward } else { self.by_deadline(forward.late).unwrap_or(forward) }
+        let floors = self.floors_without(forward.late);
+        let forward = if self.set_bands(&floors) { self.forward(self.in_flight) } else { forward };
+        (self.by_deadline(forward, self.in_flight, 0), floors)
+    }
+
+    /// The same of those that are left of a look so far, if floors stand so. Time bound: three forward schedules.
+    #[inline(never)]
+    pub(super) fn forward_again(&mut self, group: u64, behind: u64, floors: &C::Tasks<Floor>) -> Forward<C> {
+        self.set_bands(floors);
+        let forward = self.forward_behind(group, behind);
+        self.by_deadline(forward, group, behind)
     }
 
     /// Some jobs in flight by what ties them: the pools of each tie, and all jobs that need these. Time bound: O(jobs * pools).
@@ -65,8 +75,12 @@ impl<C: Capacity> Scheduler<C> {
 
     /// The forward schedule where jobs that are tied to a late one go by band and deadline; from the lowest band on of a late one whose task
     /// could be whole, by deadline alone. It holds until the next look, where so none of such tasks is late there, or none at all where there
-    /// is no such one.
-    fn by_deadline(&mut self, late: u64) -> Option<Forward<C>> {
+    /// is no such one; else the one that there was does.
+    fn by_deadline(&mut self, by_band: Forward<C>, group: u64, behind: u64) -> Forward<C> {
+        let late = by_band.late;
+        if late == 0 {
+            return by_band;
+        }
         let mut order = <C::Jobs<Option<(u8, Reverse<Instant>)>>>::EMPTY;
         let (mut ties, mut tied, mut saved) = (<C::Pools<u64>>::EMPTY, 0, 0);
         for (tie, (_, jobs)) in ties.as_mut().iter_mut().zip(self.tied(late)) {
@@ -84,14 +98,18 @@ impl<C: Capacity> Scheduler<C> {
         let mut bands = <C::Jobs<u8>>::EMPTY;
         self.slots().for_each(|slot| bands[slot] = self.jobs[slot].band);
         self.band_by(tied, |one, other| order[one] < order[other]);
-        let forward = self.forward(self.in_flight);
+        let forward = self.forward_behind(group, behind);
         let failed = ties.as_ref().iter().filter(|jobs| forward.late & saved & *jobs != 0);
         let failed = failed.fold(0, |all, jobs| all | jobs);
         for slot in bits(failed) {
             self.jobs[slot].band = bands[slot];
             self.requeue(slot);
         }
-        if failed == 0 { Some(forward) } else { (failed != tied).then(|| self.forward(self.in_flight)) }
+        match failed {
+            0 => forward,
+            _ if failed == tied => by_band,
+            _ => self.forward_behind(group, behind),
+        }
     }
 
     /// Gives each of some jobs the number of those below it for its band; whether bands differ.
@@ -111,8 +129,8 @@ impl<C: Capacity> Scheduler<C> {
         self.pools[pool].pressed > Instant::ZERO
     }
 
-    /// Gives each job in flight its band, by the pressure of now; whether bands differ.
-    pub(super) fn set_bands(&mut self) -> bool {
+    /// Gives each job in flight its band, by the pressure of now and as floors stand; whether bands differ.
+    pub(super) fn set_bands(&mut self, floors: &C::Tasks<Floor>) -> bool {
         let (mut before, mut pressed) = (0, 0);
         for pool in self.pool_numbers() {
             let p = &mut self.pools[pool];
@@ -134,7 +152,7 @@ impl<C: Capacity> Scheduler<C> {
             let level = lost.map(|timing| timing.value).max();
             let first = bits(jobs).next().map(|slot| self.jobs[slot].task);
             if bits(jobs).any(|slot| Some(self.jobs[slot].task) != first) {
-                let is_owed = |job: &Job<C>| !self.floor_of(job).spares(job.index);
+                let is_owed = |job: &Job<C>| !floors[job.task.index()].spares(job.index);
                 let owed = those(jobs, |slot| is_owed(&self.jobs[*slot]));
                 bits(jobs).for_each(|slot| ranks[slot] = Some(self.band_rank(slot, owed, level)));
             }

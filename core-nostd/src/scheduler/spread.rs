@@ -5,7 +5,7 @@
 //! if no number does. One in flight goes on from where it is: a lane counts from the end of what the job runs there.
 
 use super::outlook::{Case, before_start};
-use super::{Scheduler, bits, tasks::Task, version::Version};
+use super::{Scheduler, bits, coming::signed, tasks::Task, version::Version};
 use crate::capacity::{Capacity, Empty};
 use crate::deadlines::Estimator;
 use crate::graph::{Node, NodeSet};
@@ -75,6 +75,12 @@ pub(super) struct Need<C: Capacity> {
 }
 
 impl<C: Capacity> Need<C> {
+    /// Whether it has to start before an instant, from another one on.
+    pub(super) fn starts_before(&self, from: u64, free: u64) -> bool {
+        let latest = |(after, _)| signed(from.saturating_add(after)).saturating_add(self.spare);
+        self.lanes().map(latest).min().is_some_and(|latest| latest < signed(free))
+    }
+
     /// When it needs a lane, and for how long.
     pub(super) fn lanes(&self) -> impl Iterator<Item = (u64, u64)> + '_ {
         let needed = self.lanes.as_ref().iter().filter(|held| held.until > held.from);

@@ -78,8 +78,8 @@ impl<C: Capacity> Scheduler<C> {
 
     /// What another job, in flight or to come, has to be above for this one to wait for it: any hope, owed, value. A probe that is due, of a task of whose times something is left to
     /// learn, gets its lane, but not before whom a floor cannot spare; a job that will be late, of a task that lost all of late as its nodes take too long, waits for everybody.
-    pub(super) fn beside_next(&self, slot: usize) -> (bool, bool, u32) {
-        let (job, floor) = (&self.jobs[slot], self.floor_of(&self.jobs[slot]));
+    pub(super) fn beside_next(&self, slot: usize, floor: &Floor) -> (bool, bool, u32) {
+        let job = &self.jobs[slot];
         let Rank { has_chance, is_owed, value, due } = self.rank(job, slot, floor);
         let task = &self.tasks[job.task.index()];
         let is_hopeless = floor.recently_lost() == RECENT && task.is_slow();
@@ -88,9 +88,15 @@ impl<C: Capacity> Scheduler<C> {
     }
 
     /// Whether a job in flight is of another task than one that counts as `own`, and above it.
-    pub(super) fn is_waited_for(&self, slot: usize, task: TaskId, own: (bool, bool, u32)) -> bool {
+    pub(super) fn is_waited_for(
+        &self,
+        slot: usize,
+        floor: &Floor,
+        task: TaskId,
+        own: (bool, bool, u32),
+    ) -> bool {
         let job = &self.jobs[slot];
-        let (has_hope, is_owed, _) = self.beside_next(slot);
+        let (has_hope, is_owed, _) = self.beside_next(slot, floor);
         job.task != task && (has_hope, is_owed, self.tasks[job.task.index()].timing.value) > own
     }
 

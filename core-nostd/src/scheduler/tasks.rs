@@ -194,8 +194,7 @@ impl<C: Capacity> Task<C> {
 
     /// Whether a job of it may have a higher rank than one of another.
     pub(super) fn may_outrank(&self, other: &Self) -> bool {
-        let floor = &self.timing.floor;
-        self.timing.value > other.timing.value || floor.window > floor.allowed || other.is_slow()
+        self.timing.value > other.timing.value || self.timing.floor.needs_some() || other.is_slow()
     }
 
     /// Whether jobs of it may be late however early they start: at WCET they would be, or a WCET was exceeded of late.

@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 
 use super::Sim;
 use super::job::Job;
+use super::rank::Name;
 
 /// What goes before keys, the lowest first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -29,13 +30,14 @@ pub(super) const NEW: Place = (Band::Lowest, Reverse(i128::MAX));
 pub(super) const LAST: Place = (Band::Last, NEW.1);
 
 impl Sim<'_> {
-    /// What each look begins with: where there is pressure, and the band of each job in flight.
-    pub(super) fn give_bands(&mut self, now: u64) {
+    /// What each look begins with: where there is pressure, and the band of each job in flight. Jobs that count as lost from then on.
+    pub(super) fn give_bands(&mut self, now: u64) -> Vec<Name> {
         for job in &mut self.jobs {
             job.band = NEW;
         }
         let time = |&at: &usize| self.jobs[at].due - i128::from(self.jobs[at].release);
-        let late = self.late_ones(now);
+        let all: Vec<usize> = (0..self.jobs.len()).collect();
+        let late = self.late_ones(&all, &[], now);
         let mut until = self.pressure_until.clone();
         for (pools, tied) in self.ties(&late) {
             let longest = tied.iter().map(time).max().unwrap_or(0);
@@ -45,21 +47,28 @@ impl Sim<'_> {
         }
         self.pressed = until.iter().map(|&until| i128::from(now) < until).collect();
         self.pressure_until = until;
+        let lost = self.lost_anyway(&late, now);
+        self.order(&all, &[], &lost, now);
+        lost
+    }
+
+    /// Gives each job in flight its band, where jobs of these names are lost; by deadline, if that has those of a group in time that could be
+    /// whole, some of them behind all others.
+    pub(super) fn order(&mut self, group: &[usize], behind: &[usize], lost: &[Name], now: u64) {
         let under: Vec<usize> =
             (0..self.jobs.len()).filter(|&at| self.jobs[at].pools().any(|pool| self.pressed[pool])).collect();
         for (_, tied) in self.ties(&under) {
             let level = self.level(&tied);
             for &at in &tied {
-                self.jobs[at].band.0 = self.band(at, &tied, level, now);
+                self.jobs[at].band = (self.band(at, &tied, level, lost, now), NEW.1);
             }
         }
-        self.go_by_deadline(now);
+        self.go_by_deadline(group, behind, now);
     }
 
-    /// Positions of the jobs that would be late.
-    fn late_ones(&self, now: u64) -> Vec<usize> {
-        let all: Vec<usize> = (0..self.jobs.len()).collect();
-        let fates = self.forward(&all, now);
+    /// Positions of the jobs of a group that would be late, some of them behind all others.
+    fn late_ones(&self, group: &[usize], behind: &[usize], now: u64) -> Vec<usize> {
+        let fates = self.forward_behind(group, behind, now);
         fates.iter().filter(|fate| self.is_late(fate)).map(|fate| fate.job).collect()
     }
 
@@ -87,8 +96,8 @@ impl Sim<'_> {
 
     /// Orders jobs that are tied to a late one by band and deadline, and by deadline alone from the lowest band on of a late one whose task
     /// could be whole; where so none of such tasks is late there, or none at all where there is no such one.
-    fn go_by_deadline(&mut self, now: u64) {
-        let late = self.late_ones(now);
+    fn go_by_deadline(&mut self, group: &[usize], behind: &[usize], now: u64) {
+        let late = self.late_ones(group, behind, now);
         let mut ties = Vec::new();
         for (_, tied) in self.ties(&late) {
             let before: Vec<Place> = tied.iter().map(|&at| self.jobs[at].band).collect();
@@ -107,7 +116,7 @@ impl Sim<'_> {
             };
             ties.push((tied, needed, before));
         }
-        let late = self.late_ones(now);
+        let late = self.late_ones(group, behind, now);
         for (tied, needed, before) in ties {
             if late.iter().any(|at| needed.contains(at)) {
                 tied.iter().zip(before).for_each(|(&at, band)| self.jobs[at].band = band);
@@ -160,10 +169,10 @@ impl Sim<'_> {
         graph.nodes.iter().all(|node| fits(node.pool))
     }
 
-    fn band(&self, at: usize, tied: &[usize], level: Option<u32>, now: u64) -> Band {
+    fn band(&self, at: usize, tied: &[usize], level: Option<u32>, lost: &[Name], now: u64) -> Band {
         let job = &self.jobs[at];
         let (in_time, _, value, probe) = self.rank(job, &[], now);
-        let owed = self.is_owed(job);
+        let owed = self.is_owed(job, lost);
         let one_task = tied.iter().all(|&other| self.jobs[other].task == job.task);
         if one_task || in_time && (owed || Some(value) > level) {
             Band::Highest
@@ -173,9 +182,9 @@ impl Sim<'_> {
     }
 
     /// Whether the floor needs the job, or another one of its task where the job has started.
-    fn is_owed(&self, job: &Job) -> bool {
+    fn is_owed(&self, job: &Job, lost: &[Name]) -> bool {
         let mut own = self.jobs.iter().filter(|other| other.task == job.task);
-        self.floor_needs(job, &[]) || job.started && own.any(|other| self.floor_needs(other, &[]))
+        self.floor_needs(job, lost) || job.started && own.any(|other| self.floor_needs(other, lost))
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::alone::{Alone, Stage};
 use super::job::{Job, State, SubId};
+use super::rank::Name;
 use super::{JOBS_IN_FLIGHT, Policy, RECENT_JOBS, Sim, Unit, keys};
 use crate::graph::Graph;
 use std::ops::Range;
@@ -50,8 +51,13 @@ impl Sim<'_> {
         let head = (job.keys[node], now, cost, false, memory);
         let end = now + cost;
         let mut soon = Vec::new();
+        // What the node itself makes late counts as lost for floors.
+        let mut lanes = self.free_from(pool, now);
+        take(&mut lanes, head);
+        let again = lanes.into_iter().min().unwrap_or(u64::MAX);
+        let lost = self.lost_behind(pool, task, again, now);
         for other in &self.jobs {
-            match self.in_flight_above(pool, other, job, now) {
+            match self.in_flight_above(pool, other, job, &lost, now) {
                 Some(needs) => soon.extend(needs),
                 None if looks && other.band >= job.band => soon.extend(self.behind_running(pool, other, now)),
                 None => {}
@@ -64,7 +70,7 @@ impl Sim<'_> {
             let above = soon.iter().filter(|(_, node)| node.3).map(|(_, node)| node.2);
             let horizon = end + above.sum::<u64>().div_ceil(self.workload.pools[pool].lanes.into());
             let looks_until = Some(end).filter(|_| looks && met == 0);
-            soon.extend(self.next_jobs(pool, job, looks_until, now, met..horizon));
+            soon.extend(self.next_jobs(pool, job, looks_until, (&lost, again), now, met..horizon));
             met = horizon;
         }
         soon.retain(|&(_, (key, at, _, above, _))| {
@@ -106,13 +112,37 @@ impl Sim<'_> {
         Some(Wait { until, for_rank })
     }
 
-    /// What a job in flight needs from now on, if it is above.
-    fn in_flight_above(&self, pool: usize, job: &Job, head: &Job, now: u64) -> Option<Vec<Soon>> {
-        let is_to_come =
-            |node: usize| job.graph.nodes[node].pool == pool && job.state[node] == State::Waiting;
-        if !(0..job.state.len()).any(is_to_come) || !self.is_waited_for(job, head, now) {
-            return None;
+    /// Of tasks with a floor but one, the jobs in flight that its floor can spare if those before are lost, and that need a lane of the pool
+    /// before an instant.
+    fn lost_behind(&self, pool: usize, own: usize, again: u64, now: u64) -> Vec<Name> {
+        let mut lost = Vec::new();
+        let mut others: Vec<&Job> =
+            self.jobs.iter().filter(|job| job.task != own && self.has_floor(job.task)).collect();
+        others.sort_by_key(|job| job.index);
+        for job in others.into_iter().filter(|job| comes_to(pool, job)) {
+            let starts = self.needs_of(pool, job, now).into_iter().map(|(key, ..)| key).min();
+            if !self.floor_needs(job, &lost) && starts.is_some_and(|key| key < i128::from(again)) {
+                lost.push((job.task, job.index));
+            }
         }
+        lost
+    }
+
+    /// What a job in flight needs from now on, if it is above where others are lost.
+    fn in_flight_above(
+        &self,
+        pool: usize,
+        job: &Job,
+        head: &Job,
+        lost: &[Name],
+        now: u64,
+    ) -> Option<Vec<Soon>> {
+        (comes_to(pool, job) && self.is_waited_for(job, lost, head, now))
+            .then(|| self.needs_of(pool, job, now))
+    }
+
+    /// What a job in flight needs from now on.
+    fn needs_of(&self, pool: usize, job: &Job, now: u64) -> Vec<Soon> {
         let stage = |node: usize| match job.state[node] {
             State::Done => Stage::Done,
             State::Running(start) => {
@@ -126,7 +156,7 @@ impl Sim<'_> {
         let (held, end, memory) = self.spread(&job.graph, (deadline, due), pool, &stages);
         let spare = i128::from(due.saturating_sub(end));
         let need = |(from, until)| (i128::from(now + from) + spare, now + from, until - from, true, memory);
-        Some(held.into_iter().map(need).collect())
+        held.into_iter().map(need).collect()
     }
 
     /// Nodes of the pool, of a job, whose predecessors that are not done all run.
@@ -152,34 +182,39 @@ impl Sim<'_> {
         pool: usize,
         head: &Job,
         looks_until: Option<u64>,
+        (lost, again): (&[Name], u64),
         now: u64,
         between: Range<u64>,
     ) -> Vec<(u64, Soon)> {
         let mut found = Vec::new();
-        let (least, own) = (self.least_above(head, now), self.workload.tasks[head.task].value);
+        let (least, own) = (self.least_above(head, &[], now), self.workload.tasks[head.task].value);
         for (task, model) in self.workload.tasks.iter().enumerate() {
             let Some((at, graph)) = self.expected_release(task) else { continue };
-            let above = |nth: u64| {
-                let index = self.next_index(task) + nth;
-                let rank = (self.floor_needs_job(task, index, &[]), model.value);
-                task != head.task && rank > least && self.can_gain(task, index, &graph)
-            };
             let period = self.gap(task).unwrap_or_default();
-            let come = (0..JOBS_TO_COME).filter(|&nth| between.contains(&(at + nth * period)) && above(nth));
-            let come: Vec<(u64, u64)> = come.map(|nth| (nth, at + nth * period)).collect();
-            if !come.is_empty() {
-                let due = model.deadline_ns;
-                let stages = vec![Stage::ToCome; graph.nodes.len()];
-                let (held, end, memory) = self.spread(&graph, (due, due), pool, &stages);
-                let spare = i128::from(due.saturating_sub(end)).min(self.slack(task, &graph));
-                for (nth, at) in come {
-                    found.extend(held.iter().map(|&(from, until)| {
-                        (nth, (i128::from(at + from) + spare, at + from, until - from, true, memory))
-                    }));
+            let due = model.deadline_ns;
+            let stages = vec![Stage::ToCome; graph.nodes.len()];
+            let (held, end, memory) = self.spread(&graph, (due, due), pool, &stages);
+            let spare = i128::from(due.saturating_sub(end)).min(self.slack(task, &graph));
+            let mut lost = lost.to_vec();
+            let mut is_first_above = false;
+            for (nth, at) in (0..JOBS_TO_COME).map(|nth| (nth, at + nth * period)) {
+                let index = self.next_index(task) + nth;
+                let rank = (self.floor_needs_job(task, index, &lost), model.value);
+                let is_above = task != head.task && rank > least && self.can_gain(task, index, &graph);
+                is_first_above |= nth == 0 && is_above;
+                let needs = held.iter().map(|&(from, until)| {
+                    (nth, (i128::from(at + from) + spare, at + from, until - from, true, memory))
+                });
+                let needs: Vec<(u64, Soon)> = needs.collect();
+                let is_late = needs.iter().any(|(_, (key, ..))| *key < i128::from(again));
+                if !is_above && is_late && self.has_floor(task) {
+                    lost.push((task, index));
+                } else if is_above && between.contains(&at) {
+                    found.extend(needs);
                 }
             }
             let foresees = looks_until.is_some_and(|end| at < end);
-            if above(0) || !foresees || self.pressed[pool] && model.value < own {
+            if is_first_above || !foresees || self.pressed[pool] && model.value < own {
                 continue;
             }
             let keys = keys::at_release(self.policy, &graph, at, model.deadline_ns);
@@ -244,16 +279,16 @@ impl Sim<'_> {
     }
 
     /// What others have to be above to be waited for: whether their floor cannot spare them, their value.
-    pub(super) fn least_above(&self, job: &Job, now: u64) -> (bool, u32) {
-        let (_, needed, value, due) = self.rank(job, &[], now);
+    pub(super) fn least_above(&self, job: &Job, lost: &[Name], now: u64) -> (bool, u32) {
+        let (_, needed, value, due) = self.rank(job, lost, now);
         let learns = due > 0 && !self.tasks[job.task].is_known();
         (needed, if learns && !needed { u32::MAX } else { value })
     }
 
-    /// Whether a job in flight is one that another task's has to wait for.
-    pub(super) fn is_waited_for(&self, job: &Job, by: &Job, now: u64) -> bool {
-        let rank = (self.least_above(job, now).0, self.workload.tasks[job.task].value);
-        job.task != by.task && rank > self.least_above(by, now)
+    /// Whether a job in flight, where others are lost, is one that another task's has to wait for.
+    pub(super) fn is_waited_for(&self, job: &Job, lost: &[Name], by: &Job, now: u64) -> bool {
+        let rank = (self.least_above(job, lost, now).0, self.workload.tasks[job.task].value);
+        job.task != by.task && rank > self.least_above(by, &[], now)
     }
 
     /// From when on each lane of the pool is free, but those of units that nobody needs.
@@ -287,6 +322,11 @@ impl Sim<'_> {
         };
         unit.members.iter().filter_map(end).max()
     }
+}
+
+/// Whether a job has nodes in a pool that have not started.
+fn comes_to(pool: usize, job: &Job) -> bool {
+    (0..job.state.len()).any(|node| job.graph.nodes[node].pool == pool && job.state[node] == State::Waiting)
 }
 
 /// The lane that is free first, from the node's start on.

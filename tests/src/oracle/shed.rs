@@ -6,7 +6,7 @@ use super::band::LAST;
 use super::dispatch::order;
 use super::forward::Fate;
 use super::job::Job;
-use super::rank::Standing;
+use super::rank::{Name, Rank, Standing};
 use super::{
     LEAVE_AT_MOST, OVERLOAD_TICKS, Policy, QUEUE_MAX, RECENT_JOBS, Reason, Sim, TICK_NS, UTILISATION_PPM,
 };
@@ -18,7 +18,7 @@ struct Look {
     /// Late, and to stay.
     kept: Vec<usize>,
     /// They left the group, or are late: lost to their tasks.
-    lost: Vec<usize>,
+    lost: Vec<Name>,
     /// They go behind the others, as they will wait.
     behind: Vec<usize>,
     /// They did, or could not.
@@ -70,8 +70,8 @@ impl Sim<'_> {
     /// Gives up those who make others late, and looks again as long as so many of them are found at once (8.5).
     fn look(&mut self, now: u64) {
         loop {
-            self.give_bands(now);
-            let (outside, last, cut_short) = self.predict(now);
+            let lost = self.give_bands(now);
+            let (outside, last, cut_short) = self.predict(lost, now);
             for &job in &last {
                 self.jobs[job].band = LAST;
             }
@@ -85,11 +85,11 @@ impl Sim<'_> {
     }
 
     /// The jobs that have to go, the positions of those that go last, and whether as many left as one look lets go.
-    fn predict(&self, now: u64) -> (Vec<(usize, u64)>, Vec<usize>, bool) {
+    fn predict(&mut self, lost: Vec<Name>, now: u64) -> (Vec<(usize, u64)>, Vec<usize>, bool) {
         let mut look = Look {
             group: (0..self.jobs.len()).collect(),
             kept: Vec::new(),
-            lost: Vec::new(),
+            lost,
             behind: Vec::new(),
             tried: Vec::new(),
         };
@@ -101,13 +101,16 @@ impl Sim<'_> {
             if self.lets_one_wait(x, &fates, &mut look, now) {
                 continue;
             }
-            if let Some(goes) = self.who_goes(x, &fates, &look, now) {
+            let loses = if let Some(goes) = self.who_goes(x, &fates, &look, now) {
                 outside.push((self.standing(&self.jobs[goes], &look.lost, now), goes));
                 look.group.retain(|&job| job != goes);
-                look.lost.push(goes);
+                goes
             } else {
                 look.kept.push(x.job);
-                look.lost.push(x.job);
+                x.job
+            };
+            if outside.len() < LEAVE_AT_MOST {
+                self.lose(loses, &mut look, now);
             }
         }
         let cut_short = outside.len() == LEAVE_AT_MOST;
@@ -127,6 +130,20 @@ impl Sim<'_> {
         let last = late.filter(|&job| !self.jobs[job].started).collect();
         let name = |(_, job): (Standing, usize)| (self.jobs[job].task, self.jobs[job].index);
         (outside.into_iter().map(name).collect(), last, cut_short)
+    }
+
+    /// A job counts as lost from now on; where that makes another one of its task rank higher, bands are given again.
+    fn lose(&mut self, job: usize, look: &mut Look, now: u64) {
+        let task = self.jobs[job].task;
+        let ranks = |look: &Look| -> Vec<Rank> {
+            let own = look.group.iter().filter(|&&at| self.jobs[at].task == task);
+            own.map(|&at| self.rank(&self.jobs[at], &look.lost, now)).collect()
+        };
+        let before = ranks(look);
+        look.lost.push((task, self.jobs[job].index));
+        if before.iter().zip(ranks(look)).any(|(before, after)| *before < after) {
+            self.order(&look.group, &look.behind, &look.lost, now);
+        }
     }
 
     /// Of these jobs that are late, the one that ends first.
@@ -156,7 +173,7 @@ impl Sim<'_> {
             return false;
         };
         let may_wait = !self.jobs[least].started
-            && self.is_waited_for(&self.jobs[x.job], &self.jobs[least], now)
+            && self.is_waited_for(&self.jobs[x.job], &[], &self.jobs[least], now)
             && !look.tried.contains(&least);
         if !may_wait {
             return false;

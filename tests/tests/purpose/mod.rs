@@ -3,6 +3,7 @@
 mod carried;
 mod clock;
 mod equals;
+mod floors;
 mod needs;
 mod sets;
 mod told;

@@ -40,7 +40,8 @@ fn a_job_that_has_hours_does_not_keep_ranks_in_front_for_hours() {
         assert_eq!(scheduler.pools[0].pressed, Instant::from_nanos(until), "{longest} ns");
         for (now, is_pressed) in [(until - 1, true), (until, false)] {
             scheduler.now = Instant::from_nanos(now);
-            scheduler.set_bands();
+            let floors = scheduler.floors_without(0);
+            scheduler.set_bands(&floors);
             assert_eq!(scheduler.is_pressed(0), is_pressed, "{longest} ns: at {now}");
         }
     }

@@ -148,7 +148,7 @@ fn what_has_started_is_owed_with_another_of_its_task() {
     let workload = workload(1, vec![floored]);
     let mut sim = stepped(&workload, 20);
     assert!(sim.jobs[0].started);
-    let owed = |sim: &Sim<'_>| sim.jobs.iter().map(|job| sim.is_owed(job)).collect::<Vec<_>>();
+    let owed = |sim: &Sim<'_>| sim.jobs.iter().map(|job| sim.is_owed(job, &[])).collect::<Vec<_>>();
     assert_eq!(owed(&sim), [false, false, false]);
     // Of jobs 1 and 2 one has to stay.
     sim.give_up(0, 2, 20 * MS, Reason::Overload);

@@ -142,22 +142,18 @@ fn among_equals_the_one_with_most_work_and_fewest_losses_goes() {
 #[test]
 fn who_left_counts_as_ended_and_lost() {
     let floored = workload(1, vec![Task { floor: Some((1, 2)), ..task(one_node()) }]);
-    let mut sim = after(&floored, 4, |_| false);
-    let five = sim.new_job(0, 5, 0);
-    sim.jobs.push(five);
-    let needs = |gone: &[usize]| [4, 6, 7].map(|index| sim.floor_needs(&sim.new_job(0, index, 0), gone));
-    assert_eq!((needs(&[]), needs(&[0])), ([false; 3], [true, true, false]));
+    let sim = after(&floored, 4, |_| false);
+    let needs = |gone: &[Name]| [4, 6, 7].map(|index| sim.floor_needs(&sim.new_job(0, index, 0), gone));
+    assert_eq!((needs(&[]), needs(&[(0, 5)])), ([false; 3], [true, true, false]));
 
     let free = workload(1, vec![task(one_node())]);
-    let last = |ended: u64, gone: &[usize]| {
-        let mut sim = after(&free, ended, |job| job != 0);
-        let next = sim.new_job(0, ended, 0);
-        sim.jobs.push(next);
+    let last = |ended: u64, gone: &[Name]| {
+        let sim = after(&free, ended, |job| job != 0);
         let job = sim.new_job(0, 40, 0);
         let Reverse(weight) = sim.standing(&job, gone, 0).2;
         (sim.rank(&job, gone, 0).3, weight / u128::from(10 * MS))
     };
     // Job 0 was in time. It is none of the last 16 any more once job 16 left, and 17 are lost once job 17 left.
-    assert_eq!((last(16, &[]), last(16, &[0])), ((0, 17), (0, 16)));
-    assert_eq!((last(17, &[]), last(17, &[0])), ((0, 16), (17, 16)));
+    assert_eq!((last(16, &[]), last(16, &[(0, 16)])), ((0, 17), (0, 16)));
+    assert_eq!((last(17, &[]), last(17, &[(0, 17)])), ((0, 16), (17, 16)));
 }
