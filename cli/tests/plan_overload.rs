@@ -120,11 +120,26 @@ fn a_task_that_loses_alone_is_told_so() {
     );
 }
 
+/// A floor that asks for more than there is breaks whoever else is there, and who is told is not sent to look for others.
+#[test]
+fn a_floor_that_breaks_alone_is_told_so() {
+    for (floor, is_told) in [("[1, 2]", false), ("[3, 4]", true)] {
+        let much = format!(
+            "[[task]]\nname = \"much\"\ndeadline = \"90ms\"\nperiod = \"30ms\"\nfloor = {floor}\n\
+             node = [{{ name = \"n\", wcet = \"50ms\" }}]\n"
+        );
+        let (_, plan, _) = planned("much.toml", &format!("{LANE}{much}{}", task("short", 1, "value = 9")));
+        let reason = of(&plan, "much")["reason"].as_str().expect("a sentence");
+        assert!(reason.contains("even alone"), "{reason}");
+        assert_eq!(reason.contains("its floor"), is_told, "{reason}");
+    }
+}
+
 /// By the files of `examples/overload` that lose most of a task to a lower value.
 #[test]
 fn what_lower_values_cost_is_told() {
     for (name, task, words) in [
-        ("two-of-each", "navigation-1", "without the tasks of lower value it would lose 0"),
+        ("two-of-each", "navigation-1", "without the tasks of lower value it would lose 0; these are `"),
         ("fewer-than-alone", "lane", "without the tasks of lower value it would lose"),
     ] {
         let path = format!("{}/../examples/overload/{name}.toml", env!("CARGO_MANIFEST_DIR"));

@@ -5,10 +5,11 @@
 //! all others, nobody goes. If x were in time without all that are below it, the least of those in the way goes, or another of the least's
 //! rank that is late, where fewer are late without that one. Otherwise x goes where another, which could be in time, is late beside it, or, if
 //! it has not started, where the next one of its task is to be late because of it; and where none is, x stays, and goes last:
-//! it costs nobody anything, and so do estimates recover. The schedule is run again. Of several that went, those come back that need not be gone.
+//! it costs nobody anything, and so do estimates recover. The schedule is run again, by ranks of then if a floor needs another job because
+//! of one that is lost. Of several that went, those come back that need not be gone.
 //! *Why it holds.* What goes is below x and saves it, or is late itself. So a job is late because of lower ranks only
 //! where these hold lanes already.
-//! *Time bound.* A look runs at most 6 * [`MOST`] + 2 * [`Capacity::JOBS`] + 4 forward schedules.
+//! *Time bound.* A look runs at most 9 * [`MOST`] + 6 * [`Capacity::JOBS`] + 4 forward schedules.
 
 use super::standing::Standing;
 use super::{Scheduler, action::ShedReason, bits, forward::Forward, outlook::Case, those};

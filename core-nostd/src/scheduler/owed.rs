@@ -55,3 +55,6 @@ impl<C: Capacity> Scheduler<C> {
         !self.version(slot).in_pool[pool].without(&job.done).without(&job.running).is_empty()
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -96,13 +96,15 @@ pub(super) fn of(
         let Some(between) = between.filter(|between| between.lost() > 0) else { return Ok(head) };
         head += &format!(", and {} where times vary", between.lost());
     } else {
-        let alone = lost_among(workload, options, task, |other| other == task)?;
+        let (alone, keeps_floor) = lost_among(workload, options, task, |other| other == task)?;
         if alone >= losses.lost() {
             let cause = by_itself(workload, asked, task, losses);
-            return Ok(format!("{head}: even alone it would lose {alone}, for {cause}"));
+            let floor = if keeps_floor { "" } else { " and its floor would break" };
+            return Ok(format!("{head}: even alone it would lose {alone}{floor}, for {cause}"));
         }
         if alone > 0 {
-            head += &format!(", {alone} of them even alone");
+            let floor = if keeps_floor { "" } else { ", where its floor breaks too" };
+            head += &format!(", {alone} of them even alone{floor}");
         }
     }
     let mut sentence = format!("{head}: {}", rank(workload, asked, task));
@@ -120,10 +122,15 @@ pub(super) fn of(
     let tasks = &workload.tasks;
     let is_below = |other: usize| tasks[other].value < tasks[task].value && tasks[other].floor.is_none();
     if losses.lost() > 0 && (0..tasks.len()).any(is_below) {
-        let without = lost_among(workload, options, task, |other| !is_below(other))?;
+        let (without, _) = lost_among(workload, options, task, |other| !is_below(other))?;
         // One job in a hundred is as it happens.
         if losses.lost() - losses.lost().min(without) > losses.released / 100 {
+            let below = (0..tasks.len()).filter(|other| is_below(*other) && asked.meet(task, *other));
+            let below: Vec<&Task> = below.map(|other| &tasks[other]).collect();
             sentence += &format!("; without the tasks of lower value it would lose {without}");
+            if !below.is_empty() {
+                sentence += &format!("; these are {}", names(&below));
+            }
         }
     }
     Ok(sentence)
@@ -145,13 +152,13 @@ fn shares_an_encoder(workload: &Workload, pool: usize) -> bool {
     workload.tasks.iter().flat_map(encoders).any(|encoder| !seen.insert(encoder))
 }
 
-/// What a task loses in a simulation of some of the tasks, of which it is one.
+/// What a task loses in a simulation of some of the tasks, of which it is one, and whether its floor holds there, if it has one.
 fn lost_among(
     workload: &Workload,
     options: &Options,
     task: usize,
     is_there: impl Fn(usize) -> bool,
-) -> Result<u64, Failure> {
+) -> Result<(u64, bool), Failure> {
     let place = |task: usize| (0..task).filter(|before| is_there(*before)).count();
     let there = (0..workload.tasks.len()).filter(|task| is_there(*task));
     let events = workload.events.iter().filter(|event| is_there(event.task));
@@ -160,7 +167,9 @@ fn lost_among(
         events: events.map(|event| Event { task: place(event.task), ..event.clone() }).collect(),
         ..workload.clone()
     };
-    Ok(simulate(&some, options)?.tasks.get(place(task)).map_or(0, |task| task.missed))
+    let report = simulate(&some, options)?;
+    let found = report.tasks.get(place(task));
+    Ok(found.map_or((0, true), |task| (task.missed, task.floor.is_none_or(|floor| floor.kept))))
 }
 
 fn by_itself(workload: &Workload, asked: &Asked, task: usize, losses: &Losses) -> String {
