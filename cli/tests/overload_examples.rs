@@ -18,7 +18,7 @@ struct Figure {
     says: &'static [(&'static str, &'static str)],
 }
 
-const FIGURES: [Figure; 24] = [
+const FIGURES: [Figure; 26] = [
     Figure {
         file: "values",
         instead: &[],
@@ -170,6 +170,20 @@ const FIGURES: [Figure; 24] = [
         options: &["--horizon", "12s"],
         on_time: &[103, 400, 0],
         says: &[(PAGE, "and 103 without one of value 1")],
+    },
+    Figure {
+        file: "floor-between",
+        instead: &[],
+        options: &["--horizon", "12s"],
+        on_time: &[119, 1_020, 424],
+        says: &[(PAGE, "value 1000 has 119 of 240 jobs on time")],
+    },
+    Figure {
+        file: "floor-between",
+        instead: &[("period = \"16ms\"", "once = true")],
+        options: &["--horizon", "12s"],
+        on_time: &[240, 1_020, 1],
+        says: &[(PAGE, "and 240 without")],
     },
     Figure {
         file: "late-floor",
