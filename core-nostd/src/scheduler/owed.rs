@@ -28,7 +28,7 @@ impl<C: Capacity> Scheduler<C> {
         let mut floors = self.floors();
         let is_looked_at = |slot: &usize| {
             let job = &self.jobs[*slot];
-            job.task != own && self.floor_of(job).needs_some() && self.comes_to(pool, *slot)
+            job.task != own && self.floor_of(job).needs_some()
         };
         let mut left = those(self.in_flight, is_looked_at);
         // The first of a task tells what the floor makes of the next one.
@@ -47,12 +47,6 @@ impl<C: Capacity> Scheduler<C> {
         let mut floors = <C::Tasks<Floor>>::EMPTY;
         (0..C::TASKS).for_each(|task| floors[task] = self.tasks[task].timing.floor);
         floors
-    }
-
-    /// Whether a job has nodes in a pool that have not started.
-    pub(super) fn comes_to(&self, pool: usize, slot: usize) -> bool {
-        let job = &self.jobs[slot];
-        !self.version(slot).in_pool[pool].without(&job.done).without(&job.running).is_empty()
     }
 }
 
