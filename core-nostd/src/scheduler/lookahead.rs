@@ -148,22 +148,11 @@ impl<C: Capacity> Scheduler<C> {
                     let (count, at) = before.fold((0, 0), |(count, at), end| (count + 1, end.max(at)));
                     if count == job.waiting_for[rank] {
                         let cost = self.node(other, rank).cost();
-                        coming.meet(Soon {
-                            key: key_of(other, rank),
-                            at,
-                            cost,
-                            outranks: false,
-                            memory: 0,
-                            nth: 0,
-                        });
+                        coming.meet(Soon { key: key_of(other, rank), at, cost, memory: 0, ..head });
                     }
                 }
             }
         }
-        let tasks = || {
-            let others = self.tasks.as_ref().iter().enumerate();
-            others.filter(|(_, task)| task.admitted)
-        };
         let mut met = 0;
         for _ in 0..ROUNDS {
             // What comes once nobody is late any more because of the head does not wait for it.
@@ -171,7 +160,7 @@ impl<C: Capacity> Scheduler<C> {
             if horizon == met {
                 break;
             }
-            for (t, task) in tasks() {
+            for (t, task) in self.tasks.as_ref().iter().enumerate().filter(|(_, task)| task.admitted) {
                 let (Some(period), Some(patience)) = (task.timing.period(), task.awaited_until()) else {
                     continue;
                 };
@@ -205,7 +194,7 @@ impl<C: Capacity> Scheduler<C> {
                     for rank in version.sources.and(&version.in_pool[pool]).iter() {
                         let cost = task.nodes[usize::from(version.order[rank])].cost();
                         let key = signed(due(0)).saturating_add(version.key[rank]);
-                        coming.meet(Soon { key, at: due(0), cost, outranks: false, memory: 0, nth: 0 });
+                        coming.meet(Soon { key, at: due(0), cost, memory: 0, ..head });
                     }
                 }
             }

@@ -10,7 +10,8 @@
 //! owed where its task's floor cannot spare another one: what was overtaken for that would have run for nothing.
 //! *By deadline.* Latest starts put the longest way first, which may be the newest job's, and bands put first whoever is worth more, though it
 //! could wait. So deadlines order a band instead where that has all in time; and all bands from that of a late job on whose task could be
-//! whole, if that has all of such tasks in time.
+//! whole, if that has all of such tasks in time. Where none of these is late, a late job of a task with a floor gets that in their stead, if it
+//! makes nobody late: a floor that lost what it can spare would else go before a higher value that could be in time, too.
 //! *Why it ends.* Whether there is pressure is asked of the keys alone, so that what ranks make late does not prolong it
 //! once those jobs went.
 
@@ -74,25 +75,35 @@ impl<C: Capacity> Scheduler<C> {
     }
 
     /// The forward schedule where jobs that are tied to a late one go by band and deadline; from the lowest band on of a late one whose task
-    /// could be whole, by deadline alone. It holds until the next look, where so none of such tasks is late there, or none at all where there
-    /// is no such one; else the one that there was does.
+    /// could be whole, by deadline alone. It holds until the next look, where so none of such tasks is late there; else the one that there was
+    /// does. Where no late one is of such a task, those with a floor are meant: what the floor needs goes first, and it holds where nobody is
+    /// late there who was not, either. Where there is none of these, it holds where nobody is late.
     fn by_deadline(&mut self, by_band: Forward<C>, group: u64, behind: u64) -> Forward<C> {
         let late = by_band.late;
         if late == 0 {
             return by_band;
         }
-        let mut order = <C::Jobs<Option<(u8, Reverse<Instant>)>>>::EMPTY;
+        let mut order = <C::Jobs<Option<(u8, bool, Reverse<Instant>, u8)>>>::EMPTY;
         let (mut ties, mut tied, mut saved) = (<C::Pools<u64>>::EMPTY, 0, 0);
         for (tie, (_, jobs)) in ties.as_mut().iter_mut().zip(self.tied(late)) {
             let band = |slot: usize| self.jobs[slot].band;
-            let whole = those(jobs, |slot| self.can_be_whole(self.jobs[*slot].task.index()));
-            let first = bits(late & whole).map(band).min();
+            let mut main = those(jobs, |slot| self.can_be_whole(self.jobs[*slot].task.index()));
+            let is_by_floor = late & main == 0;
+            if is_by_floor {
+                main = those(jobs, |slot| self.floor_of(&self.jobs[*slot]).needs_some());
+            }
+            let first = bits(late & main).map(band).min();
             let is_above = |slot: &usize| first.is_some_and(|first| first <= band(*slot));
             for slot in bits(jobs) {
-                let band = if is_above(&slot) { u8::MAX } else { band(slot) };
-                order[slot] = Some((band, Reverse(self.jobs[slot].deadline)));
+                let (job, by_rank, is_first) = (&self.jobs[slot], band(slot), is_above(&slot));
+                let by_floor = is_by_floor && is_first;
+                let is_owed = by_floor && !self.floor_of(job).spares(job.index);
+                let band = if is_first { u8::MAX } else { by_rank };
+                order[slot] =
+                    Some((band, is_owed, Reverse(job.deadline), if by_floor { by_rank } else { 0 }));
             }
-            let needed = if first.is_some() { those(whole, is_above) } else { jobs };
+            let to_save = if is_by_floor { main | jobs & !late } else { main };
+            let needed = if first.is_some() { those(to_save, is_above) } else { jobs };
             (*tie, tied, saved) = (jobs, tied | jobs, saved | needed);
         }
         let mut bands = <C::Jobs<u8>>::EMPTY;

@@ -20,14 +20,19 @@ pub(super) enum Band {
     Highest,
 }
 
-/// A band, and where jobs of one go by deadline, that: the earlier one is above.
-pub(super) type Place = (Band, Reverse<i128>);
+/// A band; where jobs of one go by deadline, that, the earlier one is above; where floors ask for that, before it whether a floor needs the
+/// job, and behind it the band by rank.
+pub(super) type Place = (Band, bool, Reverse<i128>, Band);
 
 /// Below every other.
-pub(super) const NEW: Place = (Band::Lowest, Reverse(i128::MAX));
+pub(super) const NEW: Place = in_band(Band::Lowest);
 
 /// Behind all others.
-pub(super) const LAST: Place = (Band::Last, NEW.1);
+pub(super) const LAST: Place = in_band(Band::Last);
+
+const fn in_band(band: Band) -> Place {
+    (band, false, Reverse(i128::MAX), Band::Last)
+}
 
 impl Sim<'_> {
     /// What each look begins with: where there is pressure, and the band of each job in flight. Jobs that count as lost from then on.
@@ -60,7 +65,7 @@ impl Sim<'_> {
         for (_, tied) in self.ties(&under) {
             let level = self.level(&tied);
             for &at in &tied {
-                self.jobs[at].band = (self.band(at, &tied, level, lost, now), NEW.1);
+                self.jobs[at].band = in_band(self.band(at, &tied, level, lost, now));
             }
         }
         self.go_by_deadline(group, behind, now);
@@ -95,23 +100,35 @@ impl Sim<'_> {
     }
 
     /// Orders jobs that are tied to a late one by band and deadline, and by deadline alone from the lowest band on of a late one whose task
-    /// could be whole; where so none of such tasks is late there, or none at all where there is no such one.
+    /// could be whole; where so none of such tasks is late there. Where no late one is of such a task, tasks with a floor take their place:
+    /// those that the floor needs first, and only where nobody is late who was not. Where there is no such one either, where none is late.
     fn go_by_deadline(&mut self, group: &[usize], behind: &[usize], now: u64) {
         let late = self.late_ones(group, behind, now);
         let mut ties = Vec::new();
         for (_, tied) in self.ties(&late) {
             let before: Vec<Place> = tied.iter().map(|&at| self.jobs[at].band).collect();
-            let is_whole = |at: &usize| self.could_be_whole(self.jobs[*at].task, now);
-            let whole: Vec<usize> = tied.iter().copied().filter(is_whole).collect();
-            let first = whole.iter().filter(|at| late.contains(at)).map(|&at| self.jobs[at].band.0).min();
+            let of_task = |is: &dyn Fn(usize) -> bool| -> Vec<usize> {
+                tied.iter().copied().filter(|&at| is(self.jobs[at].task)).collect()
+            };
+            let whole = of_task(&|task| self.could_be_whole(task, now));
+            let by_floor = !whole.iter().any(|at| late.contains(at));
+            let main = if by_floor { of_task(&|task| self.has_floor(task)) } else { whole };
+            let first = main.iter().filter(|at| late.contains(at)).map(|&at| self.jobs[at].band.0).min();
             let is_above = |at: usize| first.is_some_and(|first| first <= self.jobs[at].band.0);
             let above: Vec<usize> = tied.iter().copied().filter(|&at| is_above(at)).collect();
-            for &at in &tied {
-                let band = if above.contains(&at) { Band::Highest } else { self.jobs[at].band.0 };
-                self.jobs[at].band = (band, Reverse(self.jobs[at].due));
+            let owed: Vec<bool> =
+                tied.iter().map(|&at| by_floor && self.floor_needs(&self.jobs[at], &[])).collect();
+            for (&at, owed) in tied.iter().zip(owed) {
+                let (band, due) = (self.jobs[at].band.0, Reverse(self.jobs[at].due));
+                self.jobs[at].band = match (above.contains(&at), by_floor) {
+                    (false, _) => (band, false, due, Band::Last),
+                    (true, false) => (Band::Highest, false, due, Band::Last),
+                    (true, true) => (Band::Highest, owed, due, band),
+                };
             }
+            let is_needed = |at: &usize| main.contains(at) || by_floor && !late.contains(at);
             let needed = match first {
-                Some(_) => whole.into_iter().filter(|at| above.contains(at)).collect(),
+                Some(_) => above.into_iter().filter(is_needed).collect(),
                 None => tied.clone(),
             };
             ties.push((tied, needed, before));

@@ -46,6 +46,20 @@ fn who_comes_on_top_breaks_no_floor_and_costs_no_higher_value() {
     }
 }
 
+/// A low value uses up what a floor between can spare: the floor then needs the next jobs, and the highest value can wait for these.
+#[test]
+fn a_floor_between_costs_no_higher_value_that_can_wait() {
+    let control = task("control", "value = 1000", (50_000, 50_000), &[21_000], true);
+    let imu = task("imu", "value = 3\nfloor = [3, 5]", (8_000, 8_000), &[2_500], true);
+    let log = task("log", "value = 1", (16_000, 32_000), &[10_000], true);
+    for tasks in [[&control, &imu, &log], [&log, &imu, &control]] {
+        let found = found(1, &tasks.map(String::as_str).concat());
+        let by = |name: &str| found.iter().find(|task| task.name == name).expect("it is in the file");
+        assert_eq!(by("control").missed, 0, "{found:?}");
+        assert!(kept(by("imu")), "{found:?}");
+    }
+}
+
 /// A floor of a low value that holds alone holds beside one or two of higher values, in files that nobody chose.
 #[test]
 fn a_floor_that_holds_alone_holds_beside_higher_values() {
