@@ -17,7 +17,7 @@
 
 use super::coming::{Coming, Soon, signed, take};
 use super::{Scheduler, bits};
-use crate::capacity::Capacity;
+use crate::capacity::{Capacity, Empty};
 use crate::config::{Gate, Shed};
 use crate::id::UnitId;
 use crate::time::{Duration, Instant};
@@ -129,12 +129,12 @@ impl<C: Capacity> Scheduler<C> {
             blocks && self.tasks.as_ref().iter().any(|task| task.admitted && task.timing.floor.needs_some());
         // Most heads meet nobody: the lanes are looked at for the others.
         let ends = (looks || has_floors).then(|| self.lanes_end());
-        let again = ends.as_ref().filter(|_| has_floors).map_or(0, |ends| {
-            let mut free = self.lanes_free(lanes, ends);
-            take::<C>(&mut free, &head);
-            free.as_ref().iter().copied().fold(u64::MAX, u64::min)
-        });
-        let floors = self.floors_behind(pool, own_task, again);
+        let mut again = <C::Lanes<u64>>::EMPTY;
+        if let Some(ends) = ends.as_ref().filter(|_| has_floors) {
+            again = self.lanes_free(lanes, ends);
+            take::<C>(&mut again, &head);
+        }
+        let floors = self.floors_behind(pool, own_task, &again);
         for other in self.slots() {
             let (job, version) = (&self.jobs[other], self.version(other));
             let undone = version.in_pool[pool].without(&job.done).without(&job.running);
@@ -183,7 +183,7 @@ impl<C: Capacity> Scheduler<C> {
                         coming.meet_need(due(nth), earliest, nth, need);
                     } else if !is_above && floor.needs_some() {
                         let need = need.get_or_insert_with(|| self.need_of_next(pool, task));
-                        if need.starts_before(due(nth), again) {
+                        if need.starts_before(due(nth), &again) {
                             floor.ended(index, true);
                         }
                     }

@@ -2,7 +2,7 @@
 //!
 //! *Why.* One more lost job, and a floor cannot spare the next one. Where that is known only once the job is lost, the lanes are taken already.
 //! *Rule.* When jobs get their ranks, a job that is late even without all others in flight, as lanes are held, counts as lost. When a
-//! node asks for whom it has to wait, so does a job that needs a lane before one is free again behind it. Only tasks with a floor are looked at.
+//! node asks for whom it has to wait, so does a job that needs lanes before so many are free again behind it. Only tasks with a floor are looked at.
 
 use super::{Scheduler, bits, those};
 use crate::capacity::{Capacity, Empty};
@@ -22,9 +22,9 @@ impl<C: Capacity> Scheduler<C> {
         floors
     }
 
-    /// All floors, if of other tasks than one the jobs count as lost that need a lane of a pool before one is free. Time bound: O(jobs)
+    /// All floors, if of other tasks than one the jobs count as lost that need lanes of a pool before so many are free. Time bound: O(jobs)
     /// spreads.
-    pub(super) fn floors_behind(&self, pool: usize, own: TaskId, free: u64) -> C::Tasks<Floor> {
+    pub(super) fn floors_behind(&self, pool: usize, own: TaskId, free: &C::Lanes<u64>) -> C::Tasks<Floor> {
         let mut floors = self.floors();
         let is_looked_at = |slot: &usize| {
             let job = &self.jobs[*slot];

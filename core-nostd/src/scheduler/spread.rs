@@ -75,10 +75,12 @@ pub(super) struct Need<C: Capacity> {
 }
 
 impl<C: Capacity> Need<C> {
-    /// Whether it has to start before an instant, from another one on.
-    pub(super) fn starts_before(&self, from: u64, free: u64) -> bool {
-        let latest = |(after, _)| signed(from.saturating_add(after)).saturating_add(self.spare);
-        self.lanes().map(latest).min().is_some_and(|latest| latest < signed(free))
+    /// Whether it has to have as many lanes by some instant, from another one on, as are not free by then. Time bound: O(lanes^2).
+    pub(super) fn starts_before(&self, from: u64, free: &C::Lanes<u64>) -> bool {
+        let latest =
+            || self.lanes().map(|(after, _)| signed(from.saturating_add(after)).saturating_add(self.spare));
+        let there = |by: i64| free.as_ref().iter().filter(|free| signed(**free) <= by).count();
+        latest().any(|by| latest().filter(|latest| *latest <= by).count() > there(by))
     }
 
     /// When it needs a lane, and for how long.

@@ -54,8 +54,9 @@ impl Sim<'_> {
         // What the node itself makes late counts as lost for floors.
         let mut lanes = self.free_from(pool, now);
         take(&mut lanes, head);
-        let again = lanes.into_iter().min().unwrap_or(u64::MAX);
-        let lost = self.lost_behind(pool, task, again, now);
+        lanes.sort_unstable();
+        let again = lanes;
+        let lost = self.lost_behind(pool, task, &again, now);
         for other in &self.jobs {
             match self.in_flight_above(pool, other, job, &lost, now) {
                 Some(needs) => soon.extend(needs),
@@ -70,7 +71,7 @@ impl Sim<'_> {
             let above = soon.iter().filter(|(_, node)| node.3).map(|(_, node)| node.2);
             let horizon = end + above.sum::<u64>().div_ceil(self.workload.pools[pool].lanes.into());
             let looks_until = Some(end).filter(|_| looks && met == 0);
-            soon.extend(self.next_jobs(pool, job, looks_until, (&lost, again), now, met..horizon));
+            soon.extend(self.next_jobs(pool, job, looks_until, (&lost, &again), now, met..horizon));
             met = horizon;
         }
         soon.retain(|&(_, (key, at, _, above, _))| {
@@ -112,16 +113,16 @@ impl Sim<'_> {
         Some(Wait { until, for_rank })
     }
 
-    /// Of tasks with a floor but one, the jobs in flight that its floor can spare if those before are lost, and that need a lane of the pool
-    /// before an instant.
-    fn lost_behind(&self, pool: usize, own: usize, again: u64, now: u64) -> Vec<Name> {
+    /// Of tasks with a floor but one, the jobs in flight that its floor can spare if those before are lost, and that need lanes of the pool
+    /// before so many are free.
+    fn lost_behind(&self, pool: usize, own: usize, again: &[u64], now: u64) -> Vec<Name> {
         let mut lost = Vec::new();
         let mut others: Vec<&Job> =
             self.jobs.iter().filter(|job| job.task != own && self.has_floor(job.task)).collect();
         others.sort_by_key(|job| job.index);
         for job in others.into_iter().filter(|job| comes_to(pool, job)) {
-            let starts = self.needs_of(pool, job, now).into_iter().map(|(key, ..)| key).min();
-            if !self.floor_needs(job, &lost) && starts.is_some_and(|key| key < i128::from(again)) {
+            let latest = self.needs_of(pool, job, now).into_iter().map(|(key, ..)| key).collect();
+            if !self.floor_needs(job, &lost) && are_too_few(again, latest) {
                 lost.push((job.task, job.index));
             }
         }
@@ -182,7 +183,7 @@ impl Sim<'_> {
         pool: usize,
         head: &Job,
         looks_until: Option<u64>,
-        (lost, again): (&[Name], u64),
+        (lost, again): (&[Name], &[u64]),
         now: u64,
         between: Range<u64>,
     ) -> Vec<(u64, Soon)> {
@@ -206,7 +207,7 @@ impl Sim<'_> {
                     (nth, (i128::from(at + from) + spare, at + from, until - from, true, memory))
                 });
                 let needs: Vec<(u64, Soon)> = needs.collect();
-                let is_late = needs.iter().any(|(_, (key, ..))| *key < i128::from(again));
+                let is_late = are_too_few(again, needs.iter().map(|(_, (key, ..))| *key).collect());
                 if !is_above && is_late && self.has_floor(task) {
                     lost.push((task, index));
                 } else if is_above && between.contains(&at) {
@@ -327,6 +328,13 @@ impl Sim<'_> {
 /// Whether a job has nodes in a pool that have not started.
 fn comes_to(pool: usize, job: &Job) -> bool {
     (0..job.state.len()).any(|node| job.graph.nodes[node].pool == pool && job.state[node] == State::Waiting)
+}
+
+/// Whether lanes that are free from these instants on, the first one first, are too late for nodes that have to start by these.
+fn are_too_few(free: &[u64], mut latest: Vec<i128>) -> bool {
+    latest.sort_unstable();
+    let free = free.iter().map(|&free| i128::from(free)).chain(std::iter::repeat(i128::MAX));
+    latest.into_iter().zip(free).any(|(latest, free)| latest < free)
 }
 
 /// The lane that is free first, from the node's start on.

@@ -46,6 +46,23 @@ fn who_comes_on_top_breaks_no_floor_and_costs_no_higher_value() {
     }
 }
 
+/// A graph that needs both lanes at once keeps its floor beside a long node of more value, which would hold one of them.
+#[test]
+fn a_floor_of_branches_holds_beside_a_long_node() {
+    let stereo = "[[task]]\nname = 'stereo'\nperiod = '20ms'\ndeadline = '20ms'\nvalue = 1\nfloor = [1, 2]\n\
+                  [[task.node]]\nname = 'rectify'\nwcet = '4ms'\n\
+                  [[task.node]]\nname = 'left'\nwcet = '10ms'\nafter = ['rectify']\n\
+                  [[task.node]]\nname = 'right'\nwcet = '10ms'\nafter = ['rectify']\n";
+    for wcet in [30_000, 45_000, 70_000] {
+        let map = task("map", "value = 10", (80_000, 160_000), &[wcet], true);
+        for tasks in [[stereo, &map], [&map, stereo]] {
+            let found = found(2, &tasks.concat());
+            let stereo = found.iter().find(|task| task.name == "stereo").expect("it is in the file");
+            assert!(kept(stereo), "{wcet}: {found:?}");
+        }
+    }
+}
+
 /// A low value uses up what a floor between can spare: the floor then needs the next jobs, and the highest value can wait for these.
 #[test]
 fn a_floor_between_costs_no_higher_value_that_can_wait() {

@@ -11,6 +11,14 @@ fn add(scheduler: &mut Scheduler<Small>, wcet: u64, due: u64, floor: (u32, u32))
     scheduler.add_task(&dag, Timing::new(Duration::from_nanos(due)).floor(floor.0, floor.1)).unwrap()
 }
 
+/// One lane is free from an instant on, and no other.
+fn only(free: u64) -> <Small as Capacity>::Lanes<u64> {
+    let mut lanes = <<Small as Capacity>::Lanes<u64>>::EMPTY;
+    lanes.as_mut().fill(u64::MAX);
+    lanes[0] = free;
+    lanes
+}
+
 /// A node holds the lane for 10 ns. Of three jobs that are late beside each other two are so alone, and one of these has a floor.
 #[test]
 fn who_is_late_alone_is_lost_to_a_floor() {
@@ -41,7 +49,7 @@ fn what_a_node_makes_late_is_lost_as_far_as_the_floor_can_spare_it() {
         scheduler.release(*task, Instant::ZERO).unwrap();
     }
     let lost = |own: TaskId, free| {
-        let floors = scheduler.floors_behind(0, own, free);
+        let floors = scheduler.floors_behind(0, own, &only(free));
         tasks.map(|task| floors[task.index()].recently_lost())
     };
     let [first, second, ..] = tasks;
@@ -58,7 +66,7 @@ fn what_has_started_is_not_made_late() {
         scheduler.release(task, Instant::ZERO).unwrap();
     }
     let lost = |scheduler: &Scheduler<Small>, free| {
-        let floors = scheduler.floors_behind(0, other, free);
+        let floors = scheduler.floors_behind(0, other, &only(free));
         floors[runs.index()].recently_lost()
     };
     assert_eq!((lost(&scheduler, 0), lost(&scheduler, 1)), (0, 1));
